@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from cohaptic.errors import RemoteProtocolError
-from cohaptic.protocol.quantised_mesh import STEPS, QuantisedMesh
-from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.protocol.quantised_mesh import QuantisedMesh
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.body_frames import BodyFrames, describe
@@ -18,37 +17,12 @@ def test_the_sphere_of_a_body_holds_it_and_touches_it(small_balloon: Balloon) ->
     assert (info.name, info.contact_radius) == ("balloon", small_balloon.contact_radius)
 
 
-def test_the_rest_mesh_is_the_bodys_surface_and_encoded_once(small_balloon: Balloon) -> None:
-    frames = BodyFrames(TouchedBody(small_balloon))
-    mesh = RestMesh.decode(frames.rest_mesh())
-    assert np.array(mesh.vertices) == pytest.approx(small_balloon.mesh.vertices, abs=1e-8)
-    assert (np.array(mesh.faces) == small_balloon.mesh.faces).all()
-    assert frames.rest_mesh() is frames.rest_mesh()
-
-
-def test_who_only_shows_the_body_may_have_its_mesh_quantised(small_balloon: Balloon) -> None:
-    frames = BodyFrames(TouchedBody(small_balloon))
-    mesh, exact = QuantisedMesh.decode(frames.shown_mesh()), small_balloon.mesh
-    unit = np.ptp(exact.vertices, axis=0) / STEPS
-    assert (np.abs(mesh.vertices - exact.vertices) <= 0.501 * unit).all()
-    assert (mesh.faces == exact.faces).all()
-    assert frames.shown_mesh() is frames.shown_mesh()
-
-
 def test_a_mesh_that_cannot_be_quantised_is_shown_exact(
     small_balloon: Balloon, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(QuantisedMesh, "has_triangles_alone", False)
     frames = BodyFrames(TouchedBody(small_balloon))
     assert frames.shown_mesh() is frames.rest_mesh()
-
-
-def test_the_touch_mesh_is_the_one_that_patches_number(small_balloon: Balloon) -> None:
-    touched = TouchedBody(small_balloon)
-    frames = BodyFrames(touched)
-    mesh = RestMesh.decode(frames.touch_mesh())
-    assert np.array(mesh.vertices) == pytest.approx(touched.mesh.points, abs=1e-8)
-    assert frames.touch_mesh() is frames.touch_mesh()
 
 
 def test_a_body_that_a_frame_cannot_number_is_refused_with_its_size(

@@ -349,14 +349,6 @@ def test_the_pages_of_a_session_that_watch_are_few_and_cost_no_other_a_place(
     watching(say(there, watch(token=session), source="again"))
 
 
-def test_where_nobody_has_a_token_as_many_watch_as_there_are_places(
-    small_balloon: Balloon,
-) -> None:
-    there = lobby(small_balloon, admission(None, admits_anybody=True))
-    for k in range(3 * MOST_PAGES):
-        watching(say(there, watch(), source=str(k)))
-
-
 def test_a_place_that_takes_the_turn_of_one_not_sent_yet_says_the_session_too(
     small_balloon: Balloon,
 ) -> None:
@@ -390,10 +382,3 @@ def test_whoever_is_connected_goes_when_its_session_is_over(small_balloon: Ballo
     back = there.connect(660.0, SUBPROTOCOL, SUBPROTOCOL)
     there.receive(back, encode_control(hello(token=session)), 660.0, NOW)
     refused(back, CloseCode.UNAUTHENTICATED)
-
-
-def test_without_the_option_who_is_inside_stays(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
-    hand = say(there, hello(token=token()))
-    there.serve(1e9)
-    assert hand.session.close is None

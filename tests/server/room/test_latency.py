@@ -65,15 +65,3 @@ def test_it_stops_when_it_is_set_to_zero_after_what_was_in_flight(
     assert path.gone
     path.push_up("third", first + 1.0)
     assert path.due_up(first + 1.0) == ["third"]
-
-
-def test_the_two_ways_are_apart() -> None:
-    path = UserLatency(1)
-    path.set(LinkSettings(0.1))
-    path.push_up("up", 0.0)
-    path.push_down(b"down", 0.05)
-    assert path.due_down(0.1) == []
-    assert path.due_up(0.1) == ["up"]
-    assert path.next_due() == 0.05 + 0.1
-    assert path.due_down(0.2) == [b"down"]
-    assert not path.gone  # it still delays

@@ -15,7 +15,6 @@ from cohaptic.protocol.messages import (
     SetLaw,
     UserJoined,
     UserLeft,
-    Welcome,
     decode_server_control,
     encode_control,
 )
@@ -35,7 +34,7 @@ from cohaptic_server.room.room import Room
 from cohaptic_server.room.seats.names import REPLACE_AFTER
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings
-from tests.server.peers import hello, hello_text, sample
+from tests.server.peers import hello_text, sample
 
 TO_WALL = 1e9  # s
 WATCH = encode_control(Watch(protocol=PROTOCOL_VERSION))
@@ -74,20 +73,6 @@ def news(peer: Peer) -> list[Any]:
     """Control messages that wait for a user."""
     waiting = peer.session.take(clear=True)
     return [decode_server_control(data) for data in waiting if isinstance(data, str)]
-
-
-def test_who_joins_is_welcomed_and_the_others_hear_of_it(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
-    first = join(there, "first")
-    (welcome,) = news(first)
-    assert isinstance(welcome, Welcome)
-    assert (welcome.to_wall, welcome.users) == (TO_WALL, ())
-    second = connect(there)
-    outcome = say(there, second, encode_control(hello("second", law=Law.PI)))
-    assert outcome.flush == [first, second]
-    told = f"second joined with {Law.PI.value}"
-    assert outcome.log == [LogLine(told, event="joined", user="second")]
-    assert news(first) == [UserJoined(user=second.user or 0, name="second")]
 
 
 def test_another_subprotocol_is_refused_in_a_sentence(small_balloon: Balloon) -> None:
@@ -191,20 +176,6 @@ def test_who_leaves_is_told_to_the_others_with_the_reason(
     assert there.peers == [stays]
 
 
-def test_a_sample_reaches_the_room_and_its_patch_the_user(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
-    peer = join(there, "ann")
-    peer.session.take(clear=True)
-    there.tick(0.0)
-    assert there.serve(0.0).flush == []
-    assert peer.session.take(clear=True) == []
-    say(there, peer, sample(5).encode())
-    there.tick(0.01)
-    assert there.serve(0.01).flush == [peer]
-    (patch,) = peer.session.take(clear=True)
-    assert isinstance(patch, bytes)
-
-
 def test_a_patch_that_the_wire_cannot_carry_is_logged_once(small_balloon: Balloon) -> None:
     there = lobby(small_balloon)
     peer = join(there, "ann")
@@ -254,13 +225,6 @@ def test_a_watcher_gets_its_welcome_then_the_mesh_then_the_latencies(
     assert told == Latency(user=user.user or 0, delay=0.1, jitter=0.0)
 
 
-def test_a_watcher_gets_the_mesh_in_the_form_that_it_takes(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
-    peer = connect(there)
-    say(there, peer, encode_control(Watch(protocol=PROTOCOL_VERSION, mesh="quantised")))
-    assert there.begin_mesh(peer) == there.room.frames.shown_mesh()
-
-
 def test_a_watcher_that_does_not_take_the_mesh_is_too_slow(small_balloon: Balloon) -> None:
     there = lobby(small_balloon)
     peer = connect(there)
@@ -272,16 +236,6 @@ def test_a_watcher_that_does_not_take_the_mesh_is_too_slow(small_balloon: Balloo
     (line,) = there.disconnect(peer, "").log
     assert line.text.startswith("one who watches left: rest mesh is 'not taken'")
     assert there.audience.watchers == set()
-
-
-def test_a_full_audience_gets_no_mesh(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon, max_watchers=1)
-    watch(there)
-    peer = connect(there)
-    say(there, peer, WATCH)
-    assert not peer.needs_mesh
-    assert peer.session.close is not None
-    assert peer.session.close[0] == CloseCode.ROOM_FULL.value
 
 
 def test_latency_is_injected_where_it_is_allowed_and_told_to_every_watcher(
@@ -309,11 +263,3 @@ def test_latency_is_refused_where_it_is_not_allowed(small_balloon: Balloon) -> N
     assert user.latency.at_once
     assert peer.session.close is not None
     assert "--allow-latency" in peer.session.close[1]
-
-
-def test_a_server_that_stops_tells_everybody(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
-    peers = [join(there, "ann"), watch(there), connect(there)]
-    assert there.stop().flush == peers
-    for peer in peers:
-        assert peer.session.close == (CloseCode.SERVER_STOPS.value, "the server stops")

@@ -11,13 +11,11 @@ from cohaptic.errors import CloseCode
 from cohaptic.protocol.messages import Restraints
 from cohaptic.protocol.watch_messages import Moderate
 from cohaptic.protocol.watch_messages import decode_watch_control as _decode
-from cohaptic.vec import norm
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.moderation import FROZEN_ALONE, KICKED_FOR
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.room import RESET_AFTER
-from cohaptic_server.world.applied_forces import within_budget
 from tests.server.access.some import ALL, NOW, admission, token
 from tests.server.peers import sample
 from tests.server.room.test_entrance import hello, lobby, refused, say, watch, watching, welcome
@@ -175,17 +173,6 @@ def test_all_together_give_no_more_than_the_rooms_budget_and_the_strong_one_pays
     assert sum(state.force for state in there.room.world.users.values()) > 3.0
 
 
-def test_within_a_budget_nothing_is_cut(small_balloon: Balloon) -> None:
-    there, _, user = room(small_balloon)
-    press(there, [user], 0.0, 0.1)
-    assert user.user is not None
-    touch = there.room.members[user.user].touch
-    assert touch is not None
-    assert within_budget([touch], norm(touch.force) + 1.0) == [touch]
-    assert within_budget([touch], 0.5)[0].who.max_force == pytest.approx(0.5)
-    assert within_budget([], 1.0) == []
-
-
 def test_one_who_has_left_is_passed_over_and_a_wish_without_one_is_refused(
     small_balloon: Balloon,
 ) -> None:
@@ -194,12 +181,6 @@ def test_one_who_has_left_is_passed_over_and_a_wish_without_one_is_refused(
     assert admin.session.close is None
     ordered(there, admin, action="kick")
     assert "the number of the user to kick" in refused(admin, CloseCode.BAD_MESSAGE)
-
-
-def test_the_log_says_who_did_what_to_whom(small_balloon: Balloon) -> None:
-    there, admin, user = room(small_balloon)
-    lines = ordered(there, admin, action="mute", user=user.user).log
-    assert [line.text for line in lines] == ["anna: mute of left"]
 
 
 def told(peer: Peer) -> list[Restraints]:

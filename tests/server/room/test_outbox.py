@@ -58,17 +58,6 @@ def test_a_client_that_reads_nothing_costs_a_bounded_amount(events: int, patches
     assert len(outbox.take(clear=True)) == min(events, MAX_EVENTS) + min(patches, 1)
 
 
-def test_what_was_taken_is_gone_and_there_is_room_again() -> None:
-    outbox = Outbox()
-    for _ in range(MAX_EVENTS):
-        assert outbox.put_event("news")
-    assert not outbox.put_event("one too many")
-    outbox.take(clear=True)
-    assert outbox.put_event("again")
-    assert outbox.take(clear=True) == ["again"]
-    assert outbox.take(clear=True) == []
-
-
 class Guests:
     """A room of a few users, and a client that is told of them."""
 
@@ -132,17 +121,6 @@ def test_whoever_comes_and_goes_a_client_knows_in_the_end_who_is_here(
         guests.happen(what, which)
     guests.happen("writes", 0)
     assert guests.outbox.empty
-
-
-def test_a_stranger_who_comes_and_goes_takes_no_place_of_events() -> None:
-    guests = Guests(1)
-    for _ in range(10 * MAX_EVENTS):
-        guests.happen("joins", 0)
-        guests.happen("leaves", len(guests.here) - 1)
-    assert guests.outbox.empty
-    for _ in range(MAX_EVENTS):
-        assert guests.outbox.put_event("answer")
-    assert not guests.outbox.put_event("one too many")
 
 
 def test_of_what_is_state_the_newest_is_told() -> None:

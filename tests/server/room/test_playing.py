@@ -9,9 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.control.law import Law
-from cohaptic.control.laws.model import Gains
-from cohaptic.control.playout import LONGEST
 from cohaptic.vec import Vec3
 from cohaptic_server.room.playing import Samples
 from cohaptic_server.world.state import Touch
@@ -114,21 +111,3 @@ def test_a_clock_that_jumps_begins_anew_with_the_sample_that_came() -> None:
     samples, one = samples.heard(jumped).read(1.77)
     assert one == jumped
     assert len(samples.waiting) == 1
-
-
-def test_a_silence_changes_nothing_of_the_playing_time() -> None:
-    samples = Samples().heard(sample(0.0, 1, 0.0))
-    wanted = list[float]()
-    for k in range(60):
-        samples, one = samples.read(LONGEST + 0.001 + GAP * k)
-        wanted.append(samples.playout.wanted)
-        assert one == samples.waiting[-1]
-    assert set(wanted) == {0.0}
-
-
-def test_another_law_counts_for_all_that_waits() -> None:
-    samples = Samples()
-    for k in range(5):
-        samples = samples.heard(sample(GAP * k, k + 1, 0.1))
-    who = replace(samples.waiting[-1].who, law=Law.PI, fixed_gains=Gains(100.0, 1.0))
-    assert all(one.who == who for one in samples.of(who).waiting)

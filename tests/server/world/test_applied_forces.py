@@ -111,15 +111,6 @@ def test_a_fade_ends_and_a_new_one_begins_only_then(small_balloon: Balloon) -> N
     assert shares.index(1.0, 1) in (len(one), len(one) + 1)
 
 
-def test_friction_fades_with_the_rest(small_balloon: Balloon) -> None:
-    user = at(small_balloon, 0.0, 2.0)
-    rough = replace(user, tangential=along(user, 0.6))
-    faded = Release(1, rough.press, 0.25).faded()
-    assert faded.force == 0.5
-    assert faded.tangential == pytest.approx(along(user, 0.15))
-    assert Release(1, user.press, 0.25).faded().tangential is None
-
-
 # What is let in
 
 
@@ -171,17 +162,6 @@ def test_nobody_is_moved_faster_than_all_others_may_move_it(
             <= 0.9 * EFFECT_RATE * DT
         ):
             assert user.force == pytest.approx(a)
-
-
-def test_strangers_do_not_hold_up_a_press(small_balloon: Balloon) -> None:
-    """Whoever comes anew, hovers, or rests in the air feels nothing that a press could move."""
-    was = at(small_balloon, 0.0, 2.0)
-    now = replace(was, force=0.0, requested=8.0)
-    new = replace(at(small_balloon, 2.0, 0.0, 2), requested=1.0)
-    hovers = at(small_balloon, 1.0, 0.0, 3)
-    state = world([was, hovers], coupled=0.9)
-    found = apply(small_balloon, state, [now, new, hovers])
-    assert found[0].force == 8.0
 
 
 def test_who_is_elsewhere_all_at_once_moves_nobody_fast(small_balloon: Balloon) -> None:
@@ -287,7 +267,3 @@ def test_a_force_along_the_surface_turns_with_it(small_balloon: Balloon, angle: 
     assert found.tangential is not None
     assert float(found.tangential @ moved.contact.normal) == pytest.approx(0.0, abs=1e-12)
     assert np.linalg.norm(found.tangential) <= 1.0 + 1e-12
-
-
-def test_nobody_is_let_in_where_nobody_is(small_balloon: Balloon) -> None:
-    assert apply(small_balloon, WorldState(), []) == []

@@ -56,15 +56,6 @@ def test_hands_come_to_rest_in_the_equilibrium(
     assert motion.tips[:, :, -1] == pytest.approx(expected.tip, abs=2e-5)
 
 
-def test_who_is_alone_feels_nobody(small_balloon: Balloon) -> None:
-    away = np.full(400, -0.05)
-    hands = [pressing(0.0, approach(DEPTH, 0.4)), pressing(math.pi, away)]
-    motion = play_at_once(small_balloon, hands, 0.4)
-    assert motion.force[0].max() > 1.0
-    assert motion.from_others == pytest.approx(0.0, abs=1e-9)
-    assert motion.force[1].max() == 0.0
-
-
 def test_a_hand_on_a_spring_moves_by_its_own_equation() -> None:
     """Mass, damper and two springs, solved exactly: the step of a damped oscillator."""
     k_o, step = 200.0, 0.002

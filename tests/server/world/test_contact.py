@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.mesh.icosphere import icosphere
-from cohaptic_server.mesh.surface import SurfaceMesh, pressure
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.world.contact import Contact, locate, turned
 from cohaptic_server.world.displacement_field import ZeroField
 from tests.examples_of_laws import examples
@@ -19,28 +19,6 @@ RADIUS = 0.1  # m, of the balloon
 units = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).filter(
     lambda v: np.linalg.norm(v) > 0.3
 )
-
-
-def test_pressure_is_shared_out_whole(balloon: Balloon) -> None:
-    for radius in (0.0001, 0.01, 0.02, 0.05):
-        vertices, weights = pressure(balloon.mesh, balloon.mesh.vertices[5], radius)
-        assert weights.sum() == pytest.approx(1.0)
-        assert weights.min() > 0.0
-        assert len(np.unique(vertices)) == len(vertices)
-
-
-@pytest.mark.parametrize("depth", [-9.0, -0.5, -0.1, -0.02, 0.0, 0.01, 0.03])
-def test_a_probe_is_below_or_above_its_contact(balloon: Balloon, depth: float) -> None:
-    """On a sphere the contact lies on the probe's own ray, however deep or far off it is."""
-    free = np.zeros_like(balloon.mesh.vertices)
-    rng = np.random.default_rng(3)
-    for _ in range(20):
-        d = rng.normal(size=3)
-        d /= np.linalg.norm(d)
-        contact = locate(balloon.mesh, (0.1 - depth) * d, free, radius=0.02)
-        # The facets of the mesh bend a normal by up to a twentieth of the edge's angle.
-        assert contact.normal @ d > 0.9995
-        assert contact.point @ d / np.linalg.norm(contact.point) > 0.9995
 
 
 def test_contact_and_normal_glide_when_a_deep_probe_slides(balloon: Balloon) -> None:
@@ -114,16 +92,6 @@ def test_a_deep_probe_behind_an_edge_is_followed_as_closely_as_any() -> None:
         exact = locate(rim, probe, ZeroField(), radius=0.01, tolerance=1e-8)
         # 60 um are what a contact may stay beside its place.
         assert np.linalg.norm(contact.point - exact.point) < 8e-5
-
-
-def test_a_moved_surface_takes_its_contact_along(balloon: Balloon) -> None:
-    shift = np.array([0.01, -0.02, 0.005])
-    free = np.tile(shift, (len(balloon.mesh.vertices), 1))
-    probe = np.array([0.09, 0.01, 0.02])
-    here = locate(balloon.mesh, probe, np.zeros_like(free), radius=0.02)
-    there = locate(balloon.mesh, probe + shift, free, radius=0.02)
-    assert there.point == pytest.approx(here.point, abs=3e-5)
-    assert there.moved(free) == pytest.approx(here.point + shift, abs=3e-5)
 
 
 def test_a_contact_may_be_seen_on_another_surface(small_balloon: Balloon) -> None:

@@ -53,16 +53,6 @@ def test_a_window_says_the_same_as_its_field_and_asks_only_for_what_it_lacks(
     assert (window[pairs] == values[pairs]).all()
 
 
-def test_an_empty_window_asks_for_everything() -> None:
-    values = np.random.default_rng(1).normal(size=(9, 3))
-    window = CachedField(np.zeros(0, dtype=np.int64), np.zeros((0, 3)), values)
-    assert (window[np.array([3, 1])] == values[[3, 1]]).all()
-
-
-def test_a_body_that_nobody_touched_is_still() -> None:
-    assert (ZeroField()[np.array([[0, 1], [2, 5]])] == np.zeros((2, 2, 3))).all()
-
-
 @given(st.floats(0.0, 3.0), st.floats(0.0, 8.0), st.floats(0.0, 8.0), vertices)
 @settings(max_examples=examples(20), deadline=None)
 def test_free_of_one_user_is_the_body_under_the_others(

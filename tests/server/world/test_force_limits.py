@@ -48,19 +48,6 @@ def test_what_is_below_the_level_is_left_whole_and_nobody_above_it_gets_more_tha
     assert (cut[wanted > at] == at).all()
 
 
-@given(demands, totals, st.floats(1.0, 100.0), st.data())
-def test_who_asks_for_still_more_lowers_nobody(
-    wanted: Floats, total: float, times: float, data: st.DataObject
-) -> None:
-    """Once cut, a greater demand changes nothing."""
-    at = fair_cap(wanted, total)
-    above = np.flatnonzero(wanted > at)
-    if len(above) > 0:
-        more = wanted.copy()
-        more[data.draw(st.sampled_from(above.tolist()))] *= times
-        assert fair_cap(more, total) == pytest.approx(at, rel=ROUNDING)
-
-
 # Forces
 
 
@@ -153,11 +140,6 @@ def test_a_press_as_hands_press_is_untouched_and_a_blow_is_not() -> None:
     assert allowed_shares(press, stiffness, C, most).tolist() == [1.0, 1.0]
     blow = np.array([10.0, 0.0])
     assert allowed_shares(blow, stiffness, C, most) == pytest.approx([most / 10.0, 1.0])
-
-
-def test_alone_nobody_is_held_back() -> None:
-    one = np.array([1.0])
-    assert allowed_shares(100.0 * one, one, np.array([[np.inf]]), 1e-3).tolist() == [1.0]
 
 
 # The lag

@@ -12,7 +12,6 @@ from cohaptic.protocol.patch import MAX_COMPLIANCE, MIN_COMPLIANCE
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import vec3
 from cohaptic_server.world.contact import locate
-from cohaptic_server.world.displacement_field import FreeField
 from cohaptic_server.world.loads import (
     MIN_EIGENVALUE_SHARE,
     Press,
@@ -20,7 +19,6 @@ from cohaptic_server.world.loads import (
     compliance_between,
     contact_compliance,
     load_spans,
-    without_tangents,
 )
 from tests.examples_of_laws import examples
 
@@ -36,21 +34,6 @@ def press(body: Balloon, angle: float, force: float, along: float | None) -> Pre
         return Press(contact, force)
     tangent = np.cross(contact.normal, [0.0, 0.0, 1.0])
     return Press(contact, force, along * tangent / np.linalg.norm(tangent))
-
-
-@given(angles, forces, st.floats(-3.0, 3.0), st.booleans())
-@settings(max_examples=examples(20), deadline=None)
-def test_free_of_is_the_body_without_that_user(
-    small_balloon: Balloon, where: list[float], force: float, along: float, rough: bool
-) -> None:
-    presses = [press(small_balloon, a, force, along if rough else None) for a in where]
-    response = small_balloon.respond([load for p in presses for load in p.loads()])
-    for mine, span in zip(presses, load_spans([p.loads() for p in presses]), strict=True):
-        others = [load for p in presses if p is not mine for load in p.loads()]
-        expected = small_balloon.respond(others).displacement
-        own = np.array([load.force for load in mine.loads()])
-        every = np.arange(len(expected))
-        assert FreeField(response, own, span)[every] == pytest.approx(expected, abs=1e-12)
 
 
 @given(angles, forces, st.floats(-3.0, 3.0))
@@ -144,18 +127,3 @@ def test_what_is_soft_in_some_directions_only_stays_within_both_bounds(
         least, _, most = np.linalg.eigvalsh(own).tolist()
         assert most <= MAX_COMPLIANCE
         assert least >= 0.999 * max(MIN_COMPLIANCE, MIN_EIGENVALUE_SHARE * most)
-
-
-def test_nobody_has_no_compliance() -> None:
-    assert bounded(np.zeros((2, 2)), []).shape == (0, 0)
-
-
-def test_without_tangents_keeps_the_normals_of_whom_it_is_told() -> None:
-    C = np.arange(49.0).reshape(7, 7)
-    spans = [slice(0, 3), slice(3, 4), slice(4, 7)]
-    left, where = without_tangents(C, spans, [2])
-    assert (left == C[np.ix_([0, 1, 2, 3, 4], [0, 1, 2, 3, 4])]).all()
-    assert where == [slice(0, 3), slice(3, 4), slice(4, 5)]
-    same, unchanged = without_tangents(C, spans, [])
-    assert same is C
-    assert unchanged == spans

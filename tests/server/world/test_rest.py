@@ -15,9 +15,8 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.bodies.viscous import Viscous
 from cohaptic_server.world import tick
-from cohaptic_server.world.lags.planning import CALM_TIME
 from cohaptic_server.world.state import Touch
-from cohaptic_server.world.users import REST_ENERGY, WorldState, is_at_rest, pass_over, settled
+from cohaptic_server.world.users import REST_ENERGY, WorldState, is_at_rest, pass_over
 from tests.server.bodies.modal.jelly import jelly
 from tests.server.touches import touch
 from tests.server.world.rooms import DT, TICKS, hands, numbers
@@ -100,14 +99,6 @@ def test_what_can_still_be_felt_is_no_rest() -> None:
         world.step([])
     # A tick leaves 4/9 of an energy: the last that was no rest was just too large for one.
     assert REST_ENERGY < seen[-1] < 3.0 * REST_ENERGY
-
-
-@pytest.mark.parametrize("left", [WorldState(7, unknown_at=9.0), WorldState(7, room=RoomLag(0.01))])
-def test_what_a_room_keeps_of_its_hands_outlasts_them(left: WorldState) -> None:
-    nothing = Balloon(COARSE).respond([])
-    assert is_at_rest(settled(WorldState(7, response=nothing), 9.0))
-    left = replace(left, response=nothing)
-    assert settled(left, 8.9 + CALM_TIME) is left
 
 
 @pytest.mark.parametrize("slept", [0, 10**6])

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohaptic.errors import BodyError
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.balloon.rubber_balloon import RubberBalloon
 from cohaptic_server.bodies.body import Load
@@ -97,39 +96,3 @@ def test_rubber_is_solved_on_its_tangent() -> None:
     assert tip == pytest.approx(free.moved(found.response.displacement), abs=1e-5)
     assert found.force[0, 0] > 0.5
     assert found.force[0, 1] < -0.1
-
-
-def test_a_hand_meets_the_surface_where_the_others_have_left_it(balloon: Balloon) -> None:
-    angle = math.radians(30.0)
-    alone = meet(balloon, angle)
-    start, inward = (RADIUS + 0.01) * out(angle), -out(angle)
-    assert np.linalg.norm(np.cross(alone.point - start, inward)) < 1e-3
-    beside = solve_sticking(balloon, [hand(balloon, 0.0, 0.02)])
-    assert beside.response is not None
-    pushed = meet(balloon, angle, beside)
-    tip = pushed.moved(beside.response.displacement)
-    # On its way; only it is another material that lies there now.
-    assert np.linalg.norm(np.cross(tip - start, inward)) < 1e-4
-    assert np.linalg.norm(pushed.point - alone.point) > 1e-3
-
-
-def test_a_way_beside_the_body_finds_no_surface(small_balloon: Balloon) -> None:
-    with pytest.raises(BodyError, match="found no surface on its way in"):
-        touch_down(small_balloon, np.array([0.2, 0.11, 0.0]), np.array([-1.0, 0.0, 0.0]), NOBODY)
-
-
-def test_friction_that_is_needed_is_the_slope_of_the_force(balloon: Balloon) -> None:
-    found = solve_sticking(balloon, [hand(balloon, 0.0, 0.015, 0.004)])
-    n, f = found.normal[0], found.force[0]
-    assert np.linalg.norm(n) == pytest.approx(1.0)
-    # Nobody else moves the surface, so its normal is that at rest.
-    assert n == pytest.approx(out(0.0), abs=0.02)
-    slope = np.linalg.norm(f - (f @ n) * n) / (f @ n)
-    assert found.friction_needed[0] == pytest.approx(slope)
-    assert slope > 0.3
-
-
-def test_nobody_is_in_equilibrium(small_balloon: Balloon) -> None:
-    found = solve_sticking(small_balloon, [])
-    assert found.force.shape == (0, 3)
-    assert found.response is None

@@ -56,11 +56,6 @@ def test_one_who_comes(small_balloon: Balloon) -> None:
     assert patches[1].ledger.by_presence == pytest.approx(-left_out)
 
 
-def test_one_who_is_out_of_reach(small_balloon: Balloon) -> None:
-    _, patches = play(small_balloon, [touch(force=2.0, depth=-0.05)])
-    assert patches[1].ledger.by_presence == pytest.approx(-2.0)
-
-
 def test_one_who_would_press_through_the_body(small_balloon: Balloon) -> None:
     _, patches = play(small_balloon, [touch(force=100.0, max_force=100.0)])
     ledger = patches[1].ledger
@@ -100,9 +95,3 @@ def test_hands_on_devices_that_damp_little_wait_for_the_room(small_balloon: Ball
     assert patches[1].room.lag > 0.0
     _, patches = played(small_balloon, (1.0, 1.0), 1, state, damping_budget=0.05)
     assert patches[1].ledger.by_lag > 0.1  # the force is to fall, and does so later
-
-
-def test_who_is_about_to_be_pushed_back_is_ahead_of_its_sample(small_balloon: Balloon) -> None:
-    state, _ = played(small_balloon, (2.0, 2.0), 20 * RISE)
-    _, patches = played(small_balloon, (2.0, 2.5), 1, state)
-    assert patches[1].ledger.by_anticipation < -0.01

@@ -16,9 +16,9 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.world import contact_tracking, patch_geometry
 from cohaptic_server.world.tick import advance
-from cohaptic_server.world.users import Users, WorldState
-from tests.server.touches import applied_of, side, touch, tracked_of
-from tests.server.world.rooms import DT, TICKS, USERS, hands, mixed_room, numbers
+from cohaptic_server.world.users import WorldState
+from tests.server.touches import side, touch
+from tests.server.world.rooms import DT, TICKS, mixed_room, numbers
 
 NONE = (math.nan, math.nan, math.nan)
 
@@ -47,43 +47,6 @@ def test_arrays_that_turn_out_too_short_change_nothing(small_balloon: Balloon) -
     for one, other in zip(usual, short, strict=True):
         assert one.keys() == other.keys()
         assert all(numbers(one[user]) == numbers(other[user]) for user in one)
-
-
-def test_a_user_as_a_value_and_back_is_the_same(small_balloon: Balloon) -> None:
-    *_, (state, _) = mixed_room(small_balloon, 10)
-    users = state.users
-    values = list(users.values())
-    again = Users(tracked_of(values, users), applied_of(values))
-    assert list(again) == list(users) == [value.touch.user for value in values]
-    for number, value in users.items():
-        assert users[number] is value
-        back = again[number]
-        assert (back.contact.frame == value.contact.frame).all()
-        assert (back.contact.vertices == value.contact.vertices).all()
-        assert (back.contact.weights == value.contact.weights).all()
-        assert (back.force, back.presence, back.requested) == (
-            value.force,
-            value.presence,
-            value.requested,
-        )
-        assert (back.tangential is None) == (value.tangential is None) == (number not in (2, 6))
-    assert 99 not in users
-    with pytest.raises(KeyError):
-        _ = users[99]
-
-
-def test_nobody_at_all_is_a_room_too(small_balloon: Balloon) -> None:
-    body, state = TouchedBody(small_balloon), WorldState()
-    for k in range(3):
-        state, patches = advance(body, state, [], now=k * DT, dt=DT)
-        assert not patches
-        assert not len(state.users)
-    state, patches = advance(body, state, hands(0), now=3 * DT, dt=DT)
-    assert len(patches) == USERS
-    for k in range(60):  # all leave at once
-        state, patches = advance(body, state, [], now=(4 + k) * DT, dt=DT)
-        assert not patches
-    assert not len(state.users)
 
 
 def test_two_in_one_place_get_the_same_patch(small_balloon: Balloon) -> None:

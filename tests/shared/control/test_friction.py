@@ -142,14 +142,6 @@ def test_a_closed_way_costs_energy(
     assert work >= -stored - unsure
 
 
-def test_without_contact_or_friction_there_is_none() -> None:
-    C = Compliance3(0.004, 0.004, 0.004, 0.0, 0.0, 0.0)
-    stuck = FrictionState((0.001, 0.0, 0.0), (1.0, 0.0, 0.0), ZERO, True)
-    assert rub(stuck, ZERO, (0.0, 0.0, 1.0), 0.0, C, 0.5) == NO_FRICTION
-    assert rub(stuck, ZERO, (0.0, 0.0, 1.0), 1.0, C, 0.0) == NO_FRICTION
-    assert rub(stuck, ZERO, (0.0, 0.0, 1.0), 1.0, C, 0.5, share=0.0) == NO_FRICTION
-
-
 @pytest.mark.parametrize(
     "C",
     [
@@ -212,10 +204,6 @@ def test_a_contact_that_sticks_keeps_its_anchor(
     after = anchor_of(state, add(tip, way), n, now)
     assert before is not None
     assert after == pytest.approx(before, abs=1e-9)
-
-
-def test_without_contact_there_is_no_anchor() -> None:
-    assert anchor_of(NO_FRICTION, ZERO, (0.0, 0.0, 1.0), 0.01) is None
 
 
 @given(vectors(20.0), normals, forces)

@@ -90,19 +90,6 @@ def test_nearly_all_of_a_jump_is_in_the_period_of_the_jump(
     assert case.energy(first) - least <= 1e-4 * abs(least) + 1e-15
 
 
-@given(sizes, seeds, st.floats(0.0, 0.9), st.floats(-1e-3, 1e-3))
-def test_forces_follow_a_motion_from_period_to_period(
-    n: int, seed: int, shared: float, motion: float
-) -> None:
-    """A hand of 1 m/s moves by a millimetre in a period, most hands by far less."""
-    case, forces = Case(n, seed, shared), np.zeros(n)
-    for _ in range(20):
-        forces = case.found(forces)
-    case.x[0] += motion
-    forces = case.found(forces)
-    assert case.wrong(forces) <= 0.01 * abs(motion) / case.C[0, 0] + ENOUGH
-
-
 @given(sizes, seeds, st.floats(0.0, 0.999), seeds)
 def test_no_period_leaves_forces_worse_or_beyond_their_limits(
     n: int, seed: int, shared: float, of_start: int
@@ -183,20 +170,6 @@ def test_a_model_rests_where_its_spring_bears_the_force(
     again = give_way(rest, model, force, dt)
     assert again.y == pytest.approx(rest.y, rel=1e-12)
     assert abs(again.v) <= 1e-9 * force
-
-
-@given(models, periods, st.floats(0.1, 100.0))
-def test_a_push_ends_at_rest(model: HandModel, dt: float, force: float) -> None:
-    """After 2^40 periods, by squares of the matrix: the slowest model takes minutes."""
-    one = in_a_period(model, dt)
-    pushed = give_way(Give(), model, force, dt)
-    step = np.array([pushed.y, dt * pushed.v])
-    y, power = np.zeros(2), one
-    for _ in range(40):
-        step, power = step + power @ step, power @ power
-        y = step
-    assert y[0] == pytest.approx(force / model.stiffness, rel=1e-6)
-    assert abs(y[1]) <= 1e-6 * abs(y[0])
 
 
 @given(st.floats(1.0, 10.0), st.floats(0.0, 0.01))

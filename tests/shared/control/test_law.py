@@ -8,7 +8,6 @@ from cohaptic.control.geometry import Sight
 from cohaptic.control.law import Law, pressed_depth
 from cohaptic.control.laws.model import Gains, LawSettings, Thresholds
 from cohaptic.control.laws.pi import IntegralState
-from cohaptic.protocol.patch import LAWS
 
 T = 0.001  # s
 stiffness = st.floats(20.0, 2000.0)
@@ -19,14 +18,6 @@ UP = (0.0, 0.0, 1.0)
 def sight(depth: float, c_ii: float, own_force: float = 0.0, u_others: float = 0.0) -> Sight:
     """What counts of both vectors is along the normal: along the surface they are anything."""
     return Sight(depth, UP, c_ii, (0.7, -0.3, own_force), (0.002, 0.005, u_others))
-
-
-def test_each_law_has_its_number_on_the_wire_and_its_properties() -> None:
-    assert [(law.value, law.answers_own_dent, law.model.integrates) for law in LAWS] == [
-        ("proportional", True, False),
-        ("pi", True, True),
-        ("predictive", False, False),
-    ]
 
 
 @pytest.mark.parametrize(
@@ -140,14 +131,6 @@ def test_the_part_felt_from_others_is_the_rest_of_the_force(
         assert f.normal_force - f.felt_from_others == pytest.approx(without, abs=1e-9)
     if law is Law.PREDICTIVE:
         assert f.felt_from_others >= -1e-12
-
-
-@given(stiffness, st.floats(0.001, 0.02), st.floats(0.0, 10.0))
-def test_the_papers_laws_press_on_the_dented_surface(k_o: float, depth: float, own: float) -> None:
-    seen = sight(depth, 1.0 / k_o, own)
-    assert pressed_depth(Law.PREDICTIVE, seen) == depth
-    for law in (Law.PROPORTIONAL, Law.PI):
-        assert pressed_depth(law, seen) == pytest.approx(depth - own / k_o)
 
 
 @given(laws, stiffness, st.floats(0.001, 0.02), st.floats(0.0, 8.0), st.floats(0.05, 0.9))

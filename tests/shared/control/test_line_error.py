@@ -95,29 +95,6 @@ def test_beside_the_contact_the_compliance_is_at_most_four_times_another_or_that
     assert min(0.2499 * C_II, *compliances) < sight.c_ii < 4.001 * C_II
 
 
-@given(**made)
-def test_it_is_the_patchs_own_where_it_was_made(
-    seed: int, tilt: Vec3, off: float, curvature: float
-) -> None:
-    found, base = bumpy(seed, tilt, off, curvature)
-    sight = found.look(base.x_free)
-    assert sight.depth == pytest.approx(0.0, abs=1e-12)
-    assert sight.normal == pytest.approx(base.normal, abs=1e-9)
-    assert sight.c_ii == pytest.approx(C_II, rel=1e-9)
-
-
-@given(**made, order=st.permutations([-0.004, 0.0, 0.003, 0.008, 0.013]))
-def test_earlier_evaluations_change_nothing(
-    seed: int, tilt: Vec3, off: float, curvature: float, order: list[float]
-) -> None:
-    one, base = bumpy(seed, tilt, off, curvature)
-    for depth in order:
-        probe = add(sub(base.x_free, scale(base.normal, depth)), (0.0, 0.003, 0.001))
-        fresh = bumpy(seed, tilt, off, curvature)[0].look(probe)
-        assert one.look(probe).depth == pytest.approx(fresh.depth, abs=1e-12)
-        assert one.look(probe).normal == pytest.approx(fresh.normal, abs=1e-12)
-
-
 @given(**made, a=st.floats(-math.pi, math.pi))
 def test_nothing_steps_on_the_way_out_to_the_vertices(
     seed: int, tilt: Vec3, off: float, curvature: float, a: float

@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.control.playout import (
-    ANOTHER,
     BEGINNING,
     FALL,
     LONGEST,
@@ -88,13 +87,6 @@ def test_who_becomes_late_is_waited_for_at_once_and_a_while(
 def test_a_stall_is_not_waited_for(offset: float, stall: float) -> None:
     playout = heard([offset, *[offset + stall] * 20])
     assert playout.wanted == pytest.approx(offset + min(stall, LONGEST), abs=1e-9)
-
-
-@given(offsets, st.floats(-10.0, 10.0))
-def test_another_clock_is_seen(offset: float, step: float) -> None:
-    playout = Playout.begun(offset)
-    assert playout.fits(offset + 0.9 * max(-ANOTHER, min(ANOTHER, step)))
-    assert not playout.fits(offset + math.copysign(1.1 * ANOTHER + abs(step), step))
 
 
 @given(st.floats(0.0, 100.0), st.floats(0.0, 1.0))

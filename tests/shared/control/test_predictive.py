@@ -12,12 +12,6 @@ stiffness = st.floats(10.0, 5000.0)
 depths = st.floats(-0.01, 0.03)
 
 
-@given(stiffness, depths)
-def test_it_is_a_spring_that_only_pushes(k_h: float, depth: float) -> None:
-    """f = K (x_h - x_free), science 3.3: at once, exactly, without memory."""
-    assert predictive_force(depth, k_h) == k_h * max(0.0, depth)
-
-
 @given(stiffness, st.lists(depths, min_size=2, max_size=60))
 def test_a_closed_way_makes_nothing(k_h: float, path: list[float]) -> None:
     """Science 3.8: an integral beyond the device's limit would generate energy at every frequency.

@@ -36,12 +36,6 @@ def step(
     )
 
 
-@given(forces, st.floats(-0.01, 0.0))
-def test_without_contact_nothing_is_tolerated(force: float, depth: float) -> None:
-    """First line of (17) and (18)."""
-    assert integration_threshold(IntegralState(force), depth, 1e-3, 4e-3, 1.0, T) == 0.0
-
-
 @given(forces, st.floats(1e-4, 0.01), st.floats(0.0, 0.01))
 def test_eq_18_small_on_the_way_in_large_on_the_way_out(
     force: float, depth: float, deeper: float
@@ -53,12 +47,6 @@ def test_eq_18_small_on_the_way_in_large_on_the_way_out(
     coming_out = IntegralState(force, 0.0, depth + deeper + 2.0 * AT_REST_SPEED * T)
     expected = 4e-3 * min(1.0, force / 2.0)
     assert integration_threshold(coming_out, depth, 1e-3, 4e-3, 2.0, T) == pytest.approx(expected)
-
-
-@given(forces, st.floats(1e-4, 0.01), st.floats(1e-4, 0.01))
-def test_eq_17_is_one_threshold(force: float, before: float, depth: float) -> None:
-    state = IntegralState(force, 0.0, before)
-    assert integration_threshold(state, depth, 4e-3, 4e-3, 0.0, T) == 4e-3
 
 
 @given(st.floats(0.1, 10.0), st.floats(0.001, 0.02))

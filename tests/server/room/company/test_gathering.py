@@ -23,24 +23,6 @@ from tests.server.room.company.gatherings import Gatherings
 from tests.server.room.company.rooms import Played, company_of, heard, key_of
 
 
-def test_those_who_only_watch_are_counted_and_a_page_with_a_hand_is_not(
-    small_balloon: Balloon,
-) -> None:
-    room = Played(small_balloon)
-    pages = [room.page(), room.page(), room.page(company=False)]
-    room.step()
-    assert company_of(pages[0]).watching == 3
-    hand, page = room.person("ann")
-    room.step()
-    assert company_of(page).watching == 3
-    room.leave(hand)
-    room.step()
-    assert company_of(page).watching == 4
-    room.leave(pages[1])
-    room.step()
-    assert company_of(pages[0]).watching == 3
-
-
 def test_who_did_not_ask_hears_nothing_of_it_and_may_say_nothing(small_balloon: Balloon) -> None:
     room = Played(small_balloon)
     old, (_, page) = room.page(company=False), room.person("ann")
@@ -214,34 +196,6 @@ def test_who_points_too_often_is_told_the_limit_and_nobody_else_pays(
     assert answers(pages[2], 2) == []
     room.now += 2.0
     assert answers(pages[0], 1) == []
-
-
-def test_who_has_left_a_moment_ago_points_as_one_who_watches(small_balloon: Balloon) -> None:
-    room = Played(small_balloon)
-    ann, page = room.person("ann")
-    room.leave(ann)
-    room.point(page)
-    (pointed,) = [news for news in heard(page) if isinstance(news, Pointed)]
-    assert (pointed.user, pointed.name) == (None, "ann")
-
-
-def test_where_watchers_may_not_point_those_who_touch_may(small_balloon: Balloon) -> None:
-    room = Played(small_balloon, watchers_point=False)
-    watcher = room.page()
-    room.point(watcher)
-    room.say(watcher, Present(name="bob"))
-    room.point(watcher)
-    told = [news.reason for news in heard(watcher) if isinstance(news, Declined)]
-    assert told == ["Nobody knows your name yet.", "In this room only those who touch may point."]
-    ann, page = room.person("ann")
-    room.step()
-    assert company_of(page).may_point
-    assert not company_of(watcher).may_point
-    assert ann.user is not None
-    room.lobby.room.members[ann.user].muted = True
-    room.point(page)
-    (muted,) = [news for news in heard(page) if isinstance(news, Declined)]
-    assert muted.reason == "An administrator has muted you."
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -71,25 +71,6 @@ def test_a_record_is_what_the_patch_and_the_body_say(small_balloon: Balloon) -> 
             whole = sum((load.force * load.direction for load in user.press.loads()), np.zeros(3))
             assert np.allclose(record.force, -whole)
             assert record.encode()
-
-
-def test_who_has_left_fades_and_needs_nothing_more(small_balloon: Balloon) -> None:
-    world, patches = list(motion(small_balloon, 30))[-1]
-    seen: list[float] = []
-    for tick in range(31, 60):
-        here = [touch for touch in touches(tick) if touch.user == 1]
-        world, patches = advance(
-            TouchedBody(small_balloon), world, here, now=tick * PERIOD, dt=PERIOD
-        )
-        gone = [record for record in records(world, patches) if record.user == 2]
-        if not gone:
-            break
-        assert gone[0].encode()
-        assert (gone[0].k_h, gone[0].c_ii) == (0.0, 0.0)
-        assert not gone[0].fresh
-        seen.append(float(np.linalg.norm(gone[0].force)))
-    assert len(seen) > 5
-    assert seen == sorted(seen, reverse=True)
 
 
 def test_everybody_is_shown_the_same_bytes(small_balloon: Balloon) -> None:
@@ -164,23 +145,6 @@ def test_a_viscous_body_is_shown_until_it_has_come_back() -> None:
     assert depth[-1] <= 3 * FINEST
 
 
-def test_the_surface_is_asked_for_only_if_somebody_is_shown_it(small_balloon: Balloon) -> None:
-    n = len(small_balloon.mesh.vertices)
-    asked: list[int] = []
-    encoder = SceneEncoder(Traversal.of(n, small_balloon.mesh.faces), follows_records=True)
-    for world, patches in motion(small_balloon, 4):
-
-        def surface(world: WorldState = world) -> Floats:
-            asked.append(world.tick)
-            return displacement(world, n)
-
-        encoder.see(world.tick, 0.0, records(world, patches), surface)
-        encoder.frame(surface=False)
-        if world.tick == 3:
-            assert encoder.frame(surface=True) is encoder.frame(surface=True)
-    assert asked == [3]
-
-
 def test_who_is_taken_in_is_told_what_is_here_and_who_is_too_many_why(
     small_balloon: Balloon,
 ) -> None:
@@ -233,30 +197,6 @@ def test_the_rooms_time_is_shown_and_a_change_of_it_is_news() -> None:
         assert shown == replace(room, margin=min(room.margin, MAX_MARGIN))
         versions.append(encoder.version)
     assert versions == [1, 2, 2, 3]
-
-
-def test_a_scene_shows_the_room_of_its_tick(small_balloon: Balloon) -> None:
-    shown = gallery(small_balloon)
-    watcher = come(shown)
-    lags = list[float]()
-    for world, patches in motion(small_balloon, 3):
-        shown.see(world, patches, world.tick * PERIOD)
-        shown.show(watcher, world.tick * PERIOD, clear=True)
-        (scene,) = scenes(watcher, small_balloon)
-        assert astuple(scene.room) == pytest.approx(astuple(world.room), rel=1e-3)
-        watcher.receive(Ack(world.tick).encode(), world.tick * PERIOD)
-        lags.append(scene.room.lag)
-    assert min(lags) > 0.0
-
-
-def test_a_slow_watcher_is_counted_once(small_balloon: Balloon) -> None:
-    shown = gallery(small_balloon)
-    watcher = come(shown)
-    for world, patches in motion(small_balloon, 200):
-        shown.see(world, patches, world.tick * PERIOD)
-        shown.show(watcher, world.tick * PERIOD, clear=True)
-    assert watcher.slow
-    assert shown.slow == 1
 
 
 def test_however_rough_a_surface_is_its_frame_is_bounded() -> None:

@@ -144,12 +144,6 @@ def test_the_pages_rule_of_the_pressure_gives_the_weights(written: dict[str, Any
     check_weights(np.array(written["vertices"]), written["faces"], written["contacts"], shares)
 
 
-def test_on_a_fine_mesh_the_middles_of_the_faces_are_enough(written: dict[str, Any]) -> None:
-    made = written["ring"]
-    vertices, faces = ring(made["along"], made["round"], made["radius"], made["tube"])
-    check_weights(vertices, faces.tolist(), made["contacts"], [(1 / 3, 1 / 3)])
-
-
 def check_weights(
     x: Floats,
     faces: list[list[int]],

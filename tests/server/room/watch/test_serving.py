@@ -18,7 +18,7 @@ from websockets.typing import Origin
 
 from cohaptic.errors import CloseCode
 from cohaptic.protocol.ack import Ack
-from cohaptic.protocol.messages import Bye, Error, UserJoined, UserLeft, encode_control
+from cohaptic.protocol.messages import Error, encode_control
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.protocol.watch_messages import (
     SetLatency,
@@ -68,26 +68,6 @@ def test_who_watches_gets_the_mesh_then_the_scene_at_once_then_what_moves(
                     await late.scene()
                     assert (await late.scene()).surface is not None
                     assert late.watching.users[0].name == "ann"
-
-    asyncio.run(play())
-
-
-def test_who_watches_hears_of_comings_and_goings_and_sees_the_force_fade(
-    small_balloon: Balloon,
-) -> None:
-    async def play() -> None:
-        async with serving(small_balloon) as served, watching(served.url) as page:
-            assert page.watching.users == ()
-            async with pressing(served, "bob") as client:
-                came = await page.told(UserJoined)
-                assert came == UserJoined(user=1, name="bob")
-                while not (await page.scene()).users:
-                    pass
-                await client.ws.send(encode_control(Bye()))
-                left = await page.told(UserLeft)
-                assert left == UserLeft(user=1, name="bob", reason="bye")
-            while (await page.scene()).users:
-                pass
 
     asyncio.run(play())
 

@@ -6,11 +6,10 @@ import asyncio
 
 import pytest
 
-from cohaptic.protocol.messages import Bye, UserLeft, encode_control
+from cohaptic.protocol.messages import encode_control
 from cohaptic.protocol.watch_messages import (
     Latency,
     SetLatency,
-    WatchControl,
 )
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from tests.server.room.watch.pages import watching
@@ -64,20 +63,3 @@ def test_injected_latency_delays_both_ways_is_told_to_all_and_stops(
     # More than one way, in ticks of the server, of which a busy machine leaves some out.
     assert during >= 1.5 * delay * SIMULATION_HZ
     assert after <= before + 0.5 * delay * SIMULATION_HZ
-
-
-def test_what_was_said_within_the_delay_still_counts(small_balloon: Balloon) -> None:
-    async def play() -> WatchControl:
-        async with (
-            serving(small_balloon, allow_latency=True) as served,
-            watching(served.url) as page,
-            visit(served.url) as client,
-        ):
-            user = await client.join("ann")
-            await page.ws.send(encode_control(SetLatency(user=user, delay=1.0)))
-            await page.told(Latency)
-            await client.ws.send(encode_control(Bye()))
-            await client.ws.close()
-            return await page.told(UserLeft)
-
-    assert asyncio.run(play()) == UserLeft(user=1, name="ann", reason="bye")

@@ -14,13 +14,12 @@ from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.protocol.watch_messages import (
     EncodingName,
     Latency,
-    SetLatency,
     SetView,
     Watch,
     decode_watch_control,
 )
 from cohaptic_server.room.outbox import MAX_EVENTS
-from cohaptic_server.room.watch.watcher import DROPPED_AFTER, IN_FLIGHT, SLOW_AFTER, Watcher
+from cohaptic_server.room.watch.watcher import DROPPED_AFTER, IN_FLIGHT, SLOW_AFTER
 from tests.examples_of_laws import examples
 from tests.server.peers import hello_text, sample
 from tests.server.room.watch.watchers import ANSWER, NEWS, Sent, ended, watcher
@@ -206,21 +205,6 @@ def test_whatever_is_said_nothing_is_raised(said: list[str | bytes]) -> None:
         made.take(clear=True)
         made.receive(b"", 0.0)
         assert made.take(clear=True) == []
-
-
-def test_before_it_is_taken_in_nothing_is_due() -> None:
-    made = Watcher(Watch(protocol=PROTOCOL_VERSION), has_model=True)
-    assert not made.due(1, 0.0, clear=True)
-    assert not made.hears_news
-
-
-def test_requests_come_out_once_and_in_order() -> None:
-    made = watcher()
-    asked = [SetLatency(user=1, delay=0.1), SetLatency(user=2, delay=0.0)]
-    for request in asked:
-        made.receive(encode_control(request), 0.0)
-    assert made.events() == asked
-    assert made.events() == []
 
 
 def test_of_each_users_latency_only_the_newest_waits_and_the_scene_comes_last() -> None:

@@ -80,18 +80,6 @@ def test_at_rest_it_changes_nothing_whatever_is_believed_of_the_coupling(
     assert found == pytest.approx(f, abs=1e-9)
 
 
-def test_who_does_not_touch_is_not_made_to_press_and_nobody_pulls(small_balloon: Balloon) -> None:
-    f = np.array([0.0, 3.0, 0.2])
-    tracked = tracked_of(small_balloon, f, [1, 1, 1])
-    S = np.array([[0.0, 0.5, 0.0], [0.5, 0.0, 0.5], [0.0, 0.5, 0.0]])
-    # Everybody pressed with 2 N; the first has let go, the last is about to.
-    past = carried_of(tracked, np.array([[2.0, 0.5, 2.0]]))
-    found, _ = anticipate(plan_for(tracked, S), past, tracked, f, tracked.tangential)
-    assert found[0] == 0.0
-    assert (found >= 0.0).all()
-    assert found[2] == 0.0
-
-
 def test_no_device_is_taken_to_give_more_than_it_can(small_balloon: Balloon) -> None:
     """The others let go, and the surface would press with 11.5 N; the device gives 10."""
     f = np.array([9.0, 0.01, 0.01])
@@ -137,20 +125,3 @@ def test_a_rough_finger_is_anticipated_along_the_surface_too(small_balloon: Ball
     assert found == pytest.approx([2.0 + change[0], 2.0])
     assert along[1] == pytest.approx(change[2] * axes[2])
     assert (along[0] == 0.0).all()
-
-
-@given(st.integers(1, 40), st.integers(2, 10))
-def test_only_so_many_ticks_are_remembered(
-    small_balloon: Balloon, ticks: int, longest: int
-) -> None:
-    tracked = tracked_of(small_balloon, np.ones(2), [1, 1])
-    past: tuple[Carried, ...] = ()
-    for tick in range(1, ticks + 1):
-        applied = Applied(np.ones(2), np.full(2, float(tick)), np.zeros((2, 3)))
-        past = remember(past, TickTime(tick, tick * DT, DT, DT), tracked, applied, longest)
-    assert [then.tick for then in past] == list(range(max(1, ticks - longest + 1), ticks + 1))
-    newest = past[len(past) - 1]
-    assert newest.forces == pytest.approx(ticks * tracked.contacts.normals)
-    assert newest.of(np.array([9, 2])) == pytest.approx(
-        np.array([np.zeros(3), ticks * tracked.contacts.normals[1]])
-    )

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 
 from cohaptic.control.delay import LoopDelay
 from cohaptic.control.law import Law
-from cohaptic.control.stability.anticipation import UNCOUPLED, Gains, gains_left
+from cohaptic.control.stability.anticipation import UNCOUPLED, Gains
 from cohaptic_server.bodies.modal.modal_body import ModalResponse
-from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.world.lags.felt_swing import show_swing
 from cohaptic_server.world.users import Hand
 from tests.examples_of_laws import examples
@@ -78,12 +77,6 @@ def test_less_is_shown_to_more_hands_and_to_devices_that_damp_less() -> None:
     assert 0.0 < steady([1.0, 0.0, 0.0], budget=0.0) < one
 
 
-def test_none_is_shown_where_nothing_is_anticipated() -> None:
-    assert shown([1.0, 1.0, 1.0], 0.05, gains=None) == 0.0
-    # Hands that need all of the room's lag for themselves leave nothing for a swing.
-    assert shown([1.0, 1.0, 1.0], 0.05, gains=gains_left(40.0, -0.99)) == 0.0
-
-
 def test_none_is_shown_to_a_hand_alone_that_answers_its_own_dent() -> None:
     """Nobody else couples with it, so that it has gains like any other hand."""
     response = jelly().respond([press(solid(), WAYS[0], 0.02)])
@@ -95,20 +88,6 @@ def test_none_is_shown_to_a_hand_alone_that_answers_its_own_dent() -> None:
         )
         assert isinstance(found, ModalResponse)
         assert found.felt >= expected if expected else found.felt == 0.0
-
-
-def test_a_body_without_mass_does_not_swing() -> None:
-    assert TouchedBody(solid()).swings is None
-    body = jelly()
-    assert TouchedBody(body).swings is body
-
-
-def test_the_response_of_another_body_is_left_as_it_is() -> None:
-    users, _ = hands_of()
-    response = solid().respond([press(solid(), way, 0.02) for way in WAYS])
-    C, near = response.compliance, [1.0, 1.0, 1.0]
-    found = show_swing(jelly(), response, users, near, UNCOUPLED, 0.0, C, SPANS, [0, 1, 2, 3], DT)
-    assert found is response
 
 
 def test_a_hand_with_friction_counts_in_three_directions() -> None:

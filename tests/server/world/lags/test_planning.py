@@ -117,11 +117,6 @@ def test_who_has_not_answered_a_patch_yet_is_not_anticipated() -> None:
     assert found.gains != UNCOUPLED
 
 
-def test_one_who_is_alone_needs_nothing() -> None:
-    found = plan_of([user_of(touch(1))], np.array([[0.004]]), [slice(0, 1)], everybody(1))
-    assert found == Planned(NOTHING, UNCOUPLED, 0.0)
-
-
 # Contacts that others turn
 
 
@@ -185,19 +180,3 @@ def test_three_round_a_limb_that_turn_each_other_to_and_fro_are_not_known(back: 
     assert known_coupling(loop, Turned(S, 6)) is None
     S[np.ix_(across, across)] *= 0.49 * MOST_TURNED / back
     assert known_coupling(loop, Turned(S, 6)) is not None
-
-
-def test_a_finger_that_sticks_where_others_turn_it_is_not_known() -> None:
-    users, _, turned = turned_pair(0.6, 0.0)
-    rough = [users[0], replace(users[1], touch=changed(users[1].touch, friction=True))]
-    wide = 0.004 * (0.5 * np.eye(4) + 0.5 * np.array([[1.0, 0, 0, 0]] * 4))
-    wide = 0.5 * (wide + wide.T)
-    loop = room_loop(rough, wide, [slice(0, 1), slice(1, 4)], everybody(2), DT)
-    assert known_coupling(loop, turned) is None
-
-
-def test_one_who_is_alone_is_turned_by_nobody() -> None:
-    loop = room_loop([user_of(touch(1))], np.array([[0.004]]), [slice(0, 1)], everybody(1), DT)
-    known = known_coupling(loop, None)
-    assert known is not None
-    assert len(known) == 0

@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.control.delay import TOO_LONG, LoopDelay
-from cohaptic.control.law import Law
 from cohaptic.control.laws.model import Gains
 from cohaptic.control.room_lag import NO_LAG, RoomLag
 from cohaptic.control.stability.anticipation import anticipated
@@ -24,7 +23,7 @@ from cohaptic.protocol.patch import check_room
 from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.world.lags.planning import FALL_RATE, Planned, find_lag
 from cohaptic_server.world.lags.room_loop import hand_stiffness, room_loop
-from cohaptic_server.world.state import NO_CAUSE, NOTHING, LagCause, UserState
+from cohaptic_server.world.state import NO_CAUSE, NOTHING, UserState
 from tests.server.touches import changed, touch, user_of
 from tests.server.world.lags.lag_rooms import DT, Room, everybody, room_coupling, rooms
 
@@ -85,18 +84,6 @@ def test_who_has_left_or_is_silent_closes_no_loop(room: Room, data: st.DataObjec
     assert lag_of(stale, C, where, pressing, NO_LAG) == lag_of(users, C, where, off, NO_LAG)
 
 
-@given(rooms(2, law=None))
-def test_the_papers_laws_need_none_among_themselves(room: Room) -> None:
-    users, C, where, pressing = room
-    papers = [
-        replace(u, touch=changed(u.touch, law=Law.PROPORTIONAL))
-        if u.touch.who.law is Law.PREDICTIVE
-        else u
-        for u in users
-    ]
-    assert lag_of(papers, C, where, pressing, NO_LAG).lag == 0.0
-
-
 @given(rooms(), st.floats(0.0, 10.0))
 def test_it_rises_at_once_and_falls_slowly(room: Room, before: float) -> None:
     """What was still to come does not come all at once."""
@@ -139,22 +126,6 @@ def test_its_cause_is_the_weakest_device_or_the_slowest_loop_of_those_who_count(
         assert delays == [max(user.delay.counted for user in count)] * len(delays)
         other = replace(loop, longest_delay=0.0)
     assert find_lag(other, planned, NO_LAG, NO_CAUSE, DT)[0].lag < found.lag
-
-
-def test_the_cause_of_a_lag_is_told_until_it_has_fallen() -> None:
-    lag, cause = RoomLag(0.3, 1.0, 1.0), LagCause("delay", (7,))
-    loop = room_loop([], np.zeros((0, 0)), [], everybody(0), DT)
-    while lag.lag > 0.0:
-        assert cause == LagCause("delay", (7,))
-        lag, cause = find_lag(loop, Planned(NOTHING, None, 0.0), lag, cause, DT)
-    assert cause == NO_CAUSE
-
-
-def test_it_falls_to_what_is_needed() -> None:
-    lag = RoomLag(2.0, 1.0, 1.0)
-    for _ in range(math.ceil((1.0 + 1.0 / FALL_RATE) / DT)):
-        lag = lag_of([], np.zeros((0, 0)), [], everybody(0), lag)
-    assert lag == NO_LAG
 
 
 def test_the_worst_room_can_be_said_and_says_that_it_is_not_stable() -> None:

@@ -48,37 +48,6 @@ def test_the_stiffest_hand_that_presses_counts_in_full(room: Room) -> None:
         assert found == pytest.approx(max(limits))
 
 
-def test_gains_of_ones_own_that_are_stiffer_than_the_body_count_as_stiff_as_they_are() -> None:
-    C = np.array([[0.004, 0.0005], [0.0005, 0.004]])
-    user = user_of(touch(1, fixed_gains=Gains(1000.0, 0.0)))
-    users, where = [user, user_of(touch(2))], [slice(0, 1), slice(1, 2)]
-    assert room_loop(users, C, where, everybody(2), DT).stiffest == pytest.approx(1000.0)
-    away = room_loop(users, C, where, np.array([False, True]), DT)
-    assert away.stiffest == pytest.approx(250.0)
-
-
-def test_soft_hands_on_a_soft_body_are_as_soft_as_they_are() -> None:
-    """With friction as well: no stiffness of the loop is made of nothing."""
-    users = [user_of(touch(i, friction=True, max_stiffness=0.2)) for i in (1, 2)]
-    C, where = 4.0 * np.eye(6), [slice(0, 3), slice(3, 6)]
-    expected = np.linalg.eigvalsh(hand_stiffness(users[0], C[:3, :3]))[-1]
-    assert expected < 0.5
-    assert room_loop(users, C, where, everybody(2), DT).stiffest == pytest.approx(expected)
-
-
-@given(rooms(2), st.integers(0, 2**32 - 1))
-def test_which_way_the_tangents_lie_does_not_matter(room: Room, seed: int) -> None:
-    users, C, where, pressing = room
-    turn = np.eye(len(C))
-    angles = np.random.default_rng(seed).uniform(-3.0, 3.0, len(where))
-    for span, a in zip(where, angles.tolist(), strict=True):
-        if span.stop - span.start == 3:
-            along = slice(span.start + 1, span.stop)
-            turn[along, along] = [[math.cos(a), -math.sin(a)], [math.sin(a), math.cos(a)]]
-    turned = room_coupling(users, turn @ C @ turn.T, where, pressing)
-    assert turned == pytest.approx(room_coupling(users, C, where, pressing), rel=1e-9, abs=1e-9)
-
-
 @given(rooms(2, law=None), st.data())
 def test_a_hand_that_does_not_press_couples_with_nobody(room: Room, data: st.DataObject) -> None:
     """Whatever law it runs."""

@@ -8,7 +8,6 @@ from cohaptic_server.numeric import Floats
 from cohaptic_server.world.contact import Contact, Contacts, locate
 from cohaptic_server.world.displacement_field import ZeroField
 from cohaptic_server.world.lags.turning import (
-    GENTLE,
     LONGEST_TURN,
     Turned,
     find_turning_lag,
@@ -16,7 +15,7 @@ from cohaptic_server.world.lags.turning import (
     turned_loop,
 )
 from tests.server.touches import contacts_of, touch, user_of
-from tests.server.world.lags.lag_rooms import DT, everybody
+from tests.server.world.lags.lag_rooms import DT
 
 DEEP = 0.7  # slope of a probe at 0.3 of the radius of curvature
 STIFF = 200.0  # N/m, along the normal
@@ -57,13 +56,6 @@ def lag_of(
     return find_turning_lag(loop_of(body, slopes, sideways, press=press), delay + DT, 0.0)
 
 
-def test_nobody_turns_a_hand_that_is_alone_or_a_gentle_contact(small_balloon: Balloon) -> None:
-    assert steep_contacts(np.array([0.2])) == []
-    assert steep_contacts(np.array([GENTLE, 1.0])) == []
-    assert steep_contacts(np.array([1.0, GENTLE - 1e-6, 0.1])) == [1, 2]
-    assert lag_of(small_balloon, [1.0, 1.0], 30.0) == 0.0
-
-
 def test_a_limb_that_gives_way_sideways_needs_a_lag_and_another_none(
     small_balloon: Balloon,
 ) -> None:
@@ -84,19 +76,6 @@ def test_the_deepest_probe_has_a_lag_that_is_finite(small_balloon: Balloon, slop
     assert lag_of(small_balloon, [slope, 1.0], 8.0) <= LONGEST_TURN
 
 
-def test_a_contact_on_three_vertices_of_one_line_is_no_trouble(small_balloon: Balloon) -> None:
-    mesh = small_balloon.mesh
-    at = contacts_at(small_balloon, [DEEP, DEEP])
-    lone = at.at(0)
-    k = lone.vertices[:1]
-    one = Contact(lone.frame, k, np.ones(1), DEEP)
-    where = contacts_of([one, at.at(1)])
-    users = [user_of(touch(i, max_stiffness=1e4)) for i in (1, 2)]
-    spans = [slice(0, 3), slice(3, 6)]
-    turned = turned_loop(users, limb_compliance(8.0), spans, where, mesh, everybody(2))
-    assert 0.0 < find_turning_lag(turned, 0.1 + DT, 0.0) <= LONGEST_TURN
-
-
 def test_contacts_that_are_turned_make_the_object_no_stiffer_and_answer_as_in_time(
     small_balloon: Balloon,
 ) -> None:
@@ -111,10 +90,3 @@ def test_contacts_that_are_turned_make_the_object_no_stiffer_and_answer_as_in_ti
         for _ in range(400):
             t = S[2:, :2] @ p + S[2:, 2:] @ t
         assert S[:2, 2:] @ t == pytest.approx(answer @ p, abs=1e-9)
-
-
-def test_a_hand_in_the_air_answers_nothing_by_turning(small_balloon: Balloon) -> None:
-    turned = loop_of(small_balloon, [DEEP, DEEP], 8.0, press=False)
-    assert turned is not None
-    assert turned.along == 0.0
-    assert (turned.answer() == 0.0).all()

@@ -29,7 +29,7 @@ from cohaptic_server.world.partners.small_gain import LAG_DOWN, LAG_UP, LAGS, RA
 from cohaptic_server.world.partners.wishes import next_wishes
 from cohaptic_server.world.state import TickTime, Touch
 from cohaptic_server.world.users import Wishes
-from tests.server.touches import RADIUS, applied_of, changed, side, touch, tracked_of, user_of
+from tests.server.touches import applied_of, side, touch, tracked_of, user_of
 from tests.server.world.worlds import DT
 from tests.strategies import vectors
 
@@ -80,25 +80,6 @@ def same(one: Learned, other: Learned) -> bool:
     )  # fmt: skip
 
 
-def test_a_newcomer_is_taken_for_the_usual_hand_with_a_lag() -> None:
-    new = unknown(7)
-    assert (new.model, new.lag, new.samples) == (USUAL_HAND, FIRST_LAG, ())
-    assert not new.ready(1e9)
-    assert same(new, unknown(7))
-    assert not (new.clouds.log == unknown(8).clouds.log).all()
-
-
-def test_a_window_is_complete_after_its_time_and_not_before() -> None:
-    learned, t = unknown(1), 100.0
-    while t < 100.0 + WINDOW - 1e-9:
-        learned = hear(learned, at(t))
-        assert not learned.ready(1e9)
-        t += DT
-    whole = hear(learned, at(100.0 + WINDOW + 1e-9))
-    assert whole.ready(0.0)
-    assert not replace(whole, due=3.0).ready(2.9)
-
-
 @given(st.lists(st.floats(0.001, LONGEST_GAP), min_size=1, max_size=60), st.floats(0.26, 5.0))
 def test_a_gap_begins_the_window_again(gaps: list[float], gap: float) -> None:
     times = np.cumsum([3.0, *gaps]).tolist()
@@ -114,18 +95,6 @@ def test_a_sample_that_is_not_newer_is_passed_over(steps: list[float]) -> None:
     learned = heard(unknown(1), [at(5.0), at(5.1)])
     for step in steps:
         assert hear(learned, at(5.1 + step, depth=0.02)) is learned
-
-
-@given(st.floats(20.0, 1000.0), st.floats(0.0, 6.0))
-def test_what_is_kept_covers_a_window_and_is_bounded(rate: float, seconds: float) -> None:
-    learned = unknown(1)
-    for i in range(round(seconds * rate) + 1):
-        learned = hear(learned, at(i / rate))
-    times = [sample.t for sample in learned.samples]
-    assert times == sorted(times)
-    assert len(times) <= 564
-    if rate <= 200.0 and seconds > WINDOW + 0.1:
-        assert WINDOW <= times[-1] - times[0] <= WINDOW + LONGEST_GAP
 
 
 @given(models, st.integers(0, 99))
@@ -233,29 +202,6 @@ def test_model_and_lag_glide_to_those_wanted_and_stay_there(
         learned = glide(learned, 0.0, 1.0)
     assert learned.model == pytest.approx(model, rel=1e-12)
     assert learned.lag == pytest.approx(late, abs=1e-12)
-
-
-def test_one_hand_learns_in_a_tick_and_each_has_its_turn() -> None:
-    hands = [HandModel(0.1, 4.0, 300.0), HandModel(0.3, 3.0, 600.0), HandModel(0.2, 9.0, 400.0)]
-    played = [pushed(hand, 4.2, seed) for seed, hand in enumerate(hands)]
-    wishes, between = Wishes(), 0.002 * (np.eye(3) + np.ones((3, 3)))
-    turns = [0, 0, 0]
-    for tick in range(250):
-        users = [
-            user_of(
-                changed(samples[tick], user=i + 1, probe=scale(side(i), RADIUS - 0.005)), force=2.0
-            )
-            for i, samples in enumerate(played)
-        ]
-        before = [wishes.hands[i + 1].clouds.windows if wishes.hands else 0 for i in range(3)]
-        wishes = next_wishes(
-            wishes, tracked_of(users), applied_of(users), np.zeros(3), between, np.full(3, 1e6),
-            True, TickTime(tick + 1, tick * DT, DT, DT),
-        )  # fmt: skip
-        learned = [wishes.hands[i + 1].clouds.windows - before[i] for i in range(3)]
-        assert sum(learned) <= 1
-        turns = [a + b for a, b in zip(turns, learned, strict=True)]
-    assert turns == [3, 3, 2]  # a tenth of a second behind each other
 
 
 def test_nobody_learns_while_models_are_forbidden() -> None:

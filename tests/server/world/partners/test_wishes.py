@@ -122,44 +122,10 @@ def test_a_hand_whose_samples_do_not_count_forbids_nothing(changes: dict[str, An
     assert set(room.run(1.0)) == {1.0}
 
 
-@pytest.mark.parametrize("force", [0.0, 5e-4])
-@pytest.mark.parametrize("changes", WITHOUT.values(), ids=WITHOUT)
-def test_a_hand_in_the_air_forbids_nothing(changes: dict[str, Any], force: float) -> None:
-    room = Room([*TWO, hand(3, force, **changes)])
-    assert set(room.run(1.0)) == {1.0}
-
-
-def test_a_body_or_contacts_that_allow_no_models_forbid_them() -> None:
-    room = Room(TWO, possible=False)
-    assert room.run(FALL + DT)[-1] == 0.0
-    room.possible = True
-    assert set(room.run(CALM - 2.0 * DT)) == {0.0}
-    assert room.run(RISING + 4.0 * DT)[-1] == 1.0
-
-
 @pytest.mark.parametrize(("pressing", "weight"), [(8, 1.0), (9, 0.0)])
 def test_more_hands_than_a_patch_carries_forbid_models(pressing: int, weight: float) -> None:
     room = Room([hand(i + 1, 1.0 if i < pressing else 0.0) for i in range(12)])
     assert room.run(1.0)[-1] == weight
-
-
-def test_a_hand_that_taps_does_not_move_the_share_for_ever() -> None:
-    room = Room(TWO)
-    changes = list[float]()
-    for tick in range(600):
-        room.set([*TWO, hand(3, 2.0 if tick % 60 < 20 else 0.0, give=None)])
-        changes += room.run(DT / 2.0)
-    assert set(changes[60:]) == {0.0}
-
-
-def test_without_models_nothing_is_kept() -> None:
-    room = Room(TWO)
-    room.run(0.5)
-    assert set(room.wishes.hands) == {1, 2}
-    room.set([hand(1, give=None), hand(2, give=None)])
-    wishes = room.tick()
-    assert (wishes.hands, wishes.intended, wishes.past) == ({}, {}, ())
-    assert room.partners() == {}
 
 
 @given(
@@ -257,16 +223,6 @@ def test_who_is_out_of_reach_is_no_partner_and_most_pressing_ones_come_first() -
         assert sorted([p.force for p in found.partners], reverse=True) == others[:MAX_PARTNERS]
 
 
-def test_who_has_no_model_gets_none_and_shows_its_surface_as_it_is() -> None:
-    muted = hand(3, fresh=False)
-    room = Room([*TWO, muted, hand(4, give=None)])
-    room.tick()
-    found = room.partners()
-    assert set(found) == {1, 2, 3}
-    assert (found[3].weight, found[3].partners) == (0.0, ())
-    assert (found[1].users, found[2].users) == ((2,), (1,))
-
-
 def test_models_are_those_that_a_client_had_when_it_answered() -> None:
     """The give that it told is that of this model; the model has moved on since."""
     room = Room(TWO)
@@ -285,13 +241,6 @@ def test_models_are_those_that_a_client_had_when_it_answered() -> None:
         assert room.partners()[2].model == models[room.time.number]
 
 
-def test_an_answer_to_no_patch_or_one_of_long_ago_has_the_oldest_known_model() -> None:
-    room = Room([hand(1), hand(2, tick=0)])
-    room.run(20.0)
-    assert len(room.wishes.past) < 600
-    assert room.partners()[1].partners[0].model == USUAL_HAND
-
-
 FIRM = HandModel(0.15, 60.0, 1e4)
 
 
@@ -308,16 +257,6 @@ def test_a_simulated_hand_is_a_partner_at_once_and_has_none_itself() -> None:
     partner = found[1].partners[0]
     assert (partner.user, partner.model, partner.give) == (2, USUAL_HAND, 0.004)
     assert room.wishes.forbidden.users == ()
-
-
-@given(st.floats(-0.01, 0.01), st.sampled_from([USUAL_HAND, FIRM]))
-def test_what_a_simulated_hand_wants_is_told_without_a_lag(
-    further: float, own_model: HandModel
-) -> None:
-    room = Room([hand(1), simulated(2, own_model=own_model)])
-    before = room.tick().intended[2]
-    room.height = room.height - [0.0, further]
-    assert room.tick().intended[2] - before == pytest.approx(further, abs=1e-12)
 
 
 def test_models_follow_a_simulated_hand_that_changes_no_faster_than_clients_let_them() -> None:
@@ -358,19 +297,6 @@ def test_a_hand_that_was_silent_comes_back_with_a_model_as_weak_as_its_force() -
     room.set([hand(1), hand(2, 0.1)])
     room.tick()
     assert room.partners()[1].partners[0].most < 1.25
-
-
-@pytest.mark.parametrize("changes", WITHOUT.values(), ids=WITHOUT)
-def test_a_simulated_hand_with_another_law_forbids_models(changes: dict[str, Any]) -> None:
-    room = Room([*TWO, simulated(3, **changes)])
-    assert room.run(FALL + DT)[-1] == 0.0
-    assert room.wishes.forbidden == Forbidden("hand", (3,))
-
-
-def test_simulated_hands_among_themselves_need_no_models() -> None:
-    room = Room([simulated(1), simulated(2)])
-    assert room.tick().hands == {}
-    assert room.partners() == {}
 
 
 def test_only_who_moves_models_has_a_contact_that_the_others_stiffen() -> None:
@@ -420,36 +346,6 @@ def test_a_hand_that_is_silent_forbids_models_when_it_comes_back() -> None:
     assert set(room.run(1.0)) == {1.0}
     room.set([varied, hand(2)])
     assert room.run(FALL + 2.0 * DT)[-1] == 0.0
-
-
-@pytest.mark.parametrize("delay", [0.02, 0.5])
-def test_a_constant_delay_forbids_no_models(delay: float) -> None:
-    room = Room([late(hand(1), delay, delay + 0.03), hand(2)])
-    room.run(1.0)
-    assert room.wishes.weight == 1.0
-
-
-@pytest.mark.parametrize(
-    ("changes", "forbids"),
-    [({}, True), ({"force": 0.0}, False), ({"fresh": False}, False)],
-    ids=["presses", "in the air", "silent"],
-)
-def test_only_a_link_that_presses_forbids_models(changes: dict[str, Any], forbids: bool) -> None:
-    room = Room(TWO)
-    room.run(1.0)
-    room.set([late(hand(1, **changes), 0.02, 0.3), hand(2)])
-    room.run(FALL + 2.0 * DT)
-    assert (room.wishes.weight == 0.0) is forbids
-
-
-def test_a_deep_hand_forbids_models_by_its_link_though_its_client_gives_it_no_force() -> None:
-    """Its model presses on the others in its place, and comes and goes with its samples."""
-    room = Room(TWO)
-    room.run(1.0)
-    room.set([late(hand(1, force=0.0), 0.02, 0.3), hand(2)])
-    room.height[0] = -0.005
-    room.run(FALL + 2.0 * DT)
-    assert (room.wishes.forbidden, room.wishes.weight) == (Forbidden("link", (1,)), 0.0)
 
 
 @pytest.mark.parametrize(
@@ -522,27 +418,6 @@ def held(
 
 def both(**changes: Any) -> list[Touch]:
     return [touch(i, at=side(math.pi * i), give=0.0, **changes) for i in (1, 2)]
-
-
-def test_two_hands_on_a_balloon_have_models_and_a_third_without_has_none(
-    small_balloon: Balloon,
-) -> None:
-    watching = touch(3, at=side(0.5), depth=-0.003, force=0.0)
-    state, patches = held(small_balloon, [*both(), watching], 1.0)
-    assert state.wishes.weight == 1.0
-    assert patches[3].partners is None
-    first = patches[1].partners
-    assert first is not None
-    assert (first.weight, first.users) == (1.0, (2,))
-    assert state.response is not None
-    partner, C = first.partners[0], state.response.compliance
-    assert partner.force == pytest.approx(state.users[2].force)
-    assert partner.coupled == (C[0, 1],)
-    assert partner.c_jj == pytest.approx(C[1, 1], rel=2e-5)
-    # What the other's force does to this hand's surface is in the patch, too.
-    assert np.dot(patches[1].u_others, patches[1].normal) == pytest.approx(
-        -C[0, 1] * partner.force, rel=1e-6
-    )
 
 
 @pytest.mark.parametrize("body", ["rubber", "viscous", "balloon"])

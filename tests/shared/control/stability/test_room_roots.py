@@ -92,15 +92,6 @@ def test_the_argument_principle_finds_roots_on_one_side_and_none_on_the_other(
     assert roots_right_of(rate - step, S, delays, lag) >= 1
 
 
-def test_a_finer_look_finds_what_the_first_one_was_too_coarse_for() -> None:
-    """The first look ends where unstable roots do, and the rightmost of a stable room is faster."""
-    S = np.array([[0.67, -0.337], [-0.337, 0.67]])
-    delays, lag = np.array([0.575, 0.3]), 0.0113
-    rate = growth(S, delays, lag)
-    assert roots_right_of(rate + 0.02, S, delays, lag) == 0
-    assert roots_right_of(rate - 0.02, S, delays, lag) >= 1
-
-
 @given(seeds, ratios, st.floats(0.001, 1000.0))
 @settings(max_examples=examples(50))
 def test_time_has_no_scale_of_its_own(seed: int, ratio: float, scale: float) -> None:
@@ -160,25 +151,6 @@ def test_without_a_lag_the_growth_is_the_largest_of_delays_next_to_the_given_one
     assert max(shares) <= 1.0 + 1e-9
     assert max(shares) > 0.98
     assert min(shares) < 0.8  # or every one of them would do
-
-
-def test_without_delays_the_roots_are_those_of_the_lag() -> None:
-    room = draw(np.random.default_rng(1))
-    none = np.zeros(len(room.coupling))
-    slowest = float(np.linalg.eigvalsh(room.coupling).min())
-    assert growth(room.coupling, none, 0.2) == pytest.approx(-(1.0 + slowest) / 0.2)
-
-
-def test_users_who_do_not_couple_have_the_lags_root_or_none() -> None:
-    for n in (1, 3):
-        assert growth(np.zeros((n, n)), np.full(n, 0.1), 0.25) == pytest.approx(-4.0)
-        assert growth(np.zeros((n, n)), np.full(n, 0.1), 0.0) == -math.inf
-
-
-def test_an_instantaneous_loop_without_a_lag_stands_or_falls_with_m() -> None:
-    for c, rate in ((0.9, -math.inf), (1.1, math.inf)):
-        S = np.array([[0.0, c], [c, 0.0]])
-        assert growth(S, np.zeros(2), 0.0) == rate
 
 
 def test_a_large_room_is_exact_at_the_lag_that_it_needs_and_bounded_far_below() -> None:

@@ -36,13 +36,6 @@ def test_a_lagged_force_goes_to_the_force_and_never_past_it(
     assert after_a_period(force, force, lag, dt) == force
 
 
-def test_a_lagged_force_goes_two_thirds_of_the_way_in_the_time_of_the_lag() -> None:
-    lagged = 0.0
-    for _ in range(1000):
-        lagged = after_a_period(lagged, 1.0, 0.5, 0.0005)
-    assert lagged == pytest.approx(1.0 - math.exp(-1.0), abs=2e-4)
-
-
 @given(seeds, st.lists(st.integers(1, 12), min_size=15, max_size=15))
 @settings(max_examples=examples(200))
 def test_sampled_rooms_obey_the_theorem_too(seed: int, ticks: list[int]) -> None:

@@ -13,7 +13,6 @@ from cohaptic.control.stability.single_contact import (
     lifted_radius,
     proportional_is_stable,
     proportional_model,
-    spectral_radius,
 )
 from tests.examples_of_laws import examples
 
@@ -106,7 +105,3 @@ def test_the_lifted_system_agrees_with_a_simulation_at_fractions_of_a_tick(
     early, late = max(sizes[20:60]), max(sizes[360:])
     # 340 periods at 2 % from the edge change a size by a factor of 800 at least.
     assert (late < early) == (radius < 1.0)
-
-
-def test_an_empty_system_has_radius_zero() -> None:
-    assert spectral_radius(np.zeros((0, 0))) == 0.0

@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.control.stability.anticipation import (
-    UNCOUPLED,
     Gains,
     anticipated,
     gains_left,
@@ -85,11 +84,6 @@ def test_some_hand_of_the_class_has_it(
     assert float(_quotient(gains, x, y).max()) == pytest.approx(most, rel=0.02, abs=1e-9)
 
 
-def test_a_lighter_hand_may_have_more_gain_than_the_heaviest() -> None:
-    gains, p = gains_left(5.0, 0.0), np.array(2.0)
-    assert float(worst_row_gain(gains, p, 0.8)) > 3.0 * float(row_gain(gains, p, 0.8))
-
-
 @given(
     st.floats(0.0, 5.0),
     st.floats(0.0, 0.9),
@@ -117,18 +111,6 @@ def test_with_it_the_gain_of_the_loop_is_below_one(
     loop = np.sqrt(worst_row_gain(gains, p, chi))
     loop += g * weight * (1.0 + gains.apart) * what.size * np.sqrt(shown_gain(p, chi))
     assert (loop < np.sqrt(1.0 + (tau * what.frequency) ** 2) + 5e-3).all()
-
-
-def test_less_is_shown_of_a_swing_that_is_larger() -> None:
-    theta, chi = hand_class(8.0, 60.0)
-    shares = [
-        felt_share(UNCOUPLED, theta, chi, 0.0, weight, swing(20.0, damping))
-        for weight, damping in ((0.0, 0.1), (0.3, 0.3), (0.3, 0.1), (0.6, 0.1), (0.6, 0.03))
-    ]
-    assert shares == sorted(shares, reverse=True)
-    assert shares[0] == 1.0
-    assert shares[2] > 0.25
-    assert shares[-1] < 0.1
 
 
 # Rooms in time
