@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
-from cohaptic.clock import SystemClock
-from cohaptic_server.access.keys import Grants, KeyRing
-from cohaptic_server.access.tokens import Claims, sign
-from cohaptic_server.credentials.key_file import new_key, save_keys
-from tests.browser.conftest import Open, Serve
+from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.test_share import picture
 from tests.browser.visitor import DESKTOP, Look, Visitor
@@ -69,36 +63,3 @@ def test_a_partner_presses_so_that_the_visitor_feels_it(visitors: Open, room: Ro
     ann.until(lambda: abs(ann.from_others) > 0.05, "the partner to be felt")
     assert ann.steady_force() != pytest.approx(alone, abs=0.03)
     ann.release()
-
-
-def test_an_invitation_brings_in_a_second_window_and_a_partner_beside_its_visitor(
-    visitors: Open, serve: Serve, tmp_path: Path
-) -> None:
-    link = invited(serve, tmp_path)
-    ann = visitors(DESKTOP)
-    ann.visit(link)
-    ann.take_part("ann")
-    with ann.page.context.expect_page() as opened:
-        press(ann, "Open a second window")
-    second = Visitor(opened.value)
-    second.until(second.watches, "the second window to watch")
-    assert "token" not in second.page.url
-    # A session has one seat: the partner begins its own, and takes the visitor's from nobody.
-    press(ann, "Bring a partner")
-    ann.until(lambda: ann.force_of(PARTNER) > 0.5, "the partner to press")
-    second.take_part("bob")
-    ann.until(lambda: "bob" in ann.text(".cards"), "the second visitor")
-    # On a busy machine the page may just have no word from the server.
-    ann.until(lambda: ann.doing() == "in the air", "the hand to have kept its place")
-    assert ann.notice == ""
-
-
-def invited(serve: Serve, folder: Path, *options: str) -> str:
-    """Link of an invitation to a server that asks for one."""
-    key, clock = new_key(), SystemClock()
-    save_keys(folder / "keys", KeyRing((key,)), replace=False)
-    room = serve("--keys", str(folder / "keys"), *options)
-    now = clock.now() + clock.to_wall()
-    allowed = Grants(room="main", room_join=True, can_view=True, can_touch=True)
-    claims = Claims(sub="guest", jti="invitation", iat=now, exp=now + 600.0, haptic=allowed)
-    return f"{room.address}#token={sign(claims, key)}"

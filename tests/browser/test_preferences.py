@@ -9,13 +9,11 @@ import pytest
 
 from tests.browser.conftest import Open
 from tests.browser.room import Room
-from tests.browser.test_sizes import OUT
 from tests.browser.visitor import Look, Visitor
 
 pytestmark = pytest.mark.live
 
 WINDOW = Look(1280, 800)
-HALF = Look(640, 400)  # what is left of 1280 x 800 at 200 %
 ENOUGH = 7.0  # contrast of text to what is behind it that WCAG's AAA asks for
 _COLOURS = """(part) => [getComputedStyle(document.querySelector(part)).color,
   getComputedStyle(document.querySelector(".panel")).backgroundColor]"""
@@ -51,28 +49,3 @@ def test_more_contrast_is_more_by_day_and_by_night(
         for words in (line, line.replace("borderLeftColor", "backgroundColor"))
     )
     assert (light + 0.05) / (dark + 0.05) > 3.0, "a line that cannot be seen"
-
-
-@pytest.mark.parametrize("engineer", [False, True], ids=["people", "engineer"])
-def test_at_200_percent_the_object_can_be_seen_and_pressed(
-    visitors: Open, room: Room, *, engineer: bool
-) -> None:
-    ann = visitors(Look(HALF.width, HALF.height, engineer=engineer))
-    ann.visit(room.address)
-    ann.take_part("ann")
-    ann.press(right=0.1)
-    ann.until(lambda: ann.force > 0.5, "a force")
-    OUT.mkdir(parents=True, exist_ok=True)
-    level = "engineer" if engineer else "people"
-    ann.page.screenshot(path=OUT / f"zoom-200-{level}.png", caret="initial")
-    free = ann.height(".stage") - ann.height(".bar") - ann.height(".dock")
-    assert free > 0.45 * ann.height(".stage")
-    # All that there is can be reached: nothing is past the window, and the panel scrolls.
-    assert ann.page.evaluate("document.documentElement.scrollWidth") <= HALF.width
-    scrolls = """() => {
-      const panel = document.querySelector(".panel");
-      return panel.scrollHeight <= panel.clientHeight + 1
-        || ["auto", "scroll"].includes(getComputedStyle(panel).overflowY);
-    }"""
-    assert ann.page.evaluate(scrolls)
-    ann.release()

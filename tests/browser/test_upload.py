@@ -125,42 +125,6 @@ def test_who_touches_comes_back_touching_when_somebody_brings_another_object(
             visitor.away = True  # the server ends before the pages
 
 
-def test_what_holds_nothing_is_said_beside_the_choice_and_another_is_taken(
-    visitors: Open, serve: Serve
-) -> None:
-    room = serve("--allow-upload")
-    ann = visitors(DESKTOP)
-    ann.visit(room.address)
-    # Two blocks of tetrahedra with nothing between: the vertices lie at both ends alone.
-    drop(ann, "slab.vtu", block_vtu(1))
-    ann.until(lambda: shown(ann), "the object to be shown")
-    ann.page.locator(".upload .choice-option", has_text="Paint").click()
-    box = ann.page.locator(".upload-host").bounding_box()
-    assert box is not None
-    x, y = box["x"] + BESIDE * box["width"], box["y"] + 0.5 * box["height"]
-    go = ann.page.locator(".upload-foot .primary").first
-
-    def painted() -> bool:
-        ann.catch_up()  # a slow page has not drawn it there yet
-        # On a face of two triangles the brush reaches no vertex.
-        ann.page.mouse.click(x, y)
-        return go.is_enabled()
-
-    ann.until(painted, "something to be painted")
-    go.click()
-    refusal = ann.page.locator("section[aria-labelledby=upload-held] .upload-refusal")
-    ann.until(refusal.is_visible, "the sentence beside the choice")
-    assert "it would float away" in refusal.inner_text()
-    focused = "document.activeElement?.textContent"
-    ann.until(lambda: ann.page.evaluate(focused) == "Clear", "the way to another choice")
-    OUT.mkdir(parents=True, exist_ok=True)
-    ann.page.screenshot(path=OUT / "upload-refused.png", caret="initial")
-    ann.page.locator(".upload .choice-option", has_text="Bottom").click()
-    assert not refusal.is_visible()
-    go.click()
-    ann.until(lambda: "everybody" in ann.text(".upload-words"), "the object to be served")
-
-
 def test_all_of_it_goes_by_keys_and_is_said_to_those_who_do_not_see(
     visitors: Open, serve: Serve
 ) -> None:

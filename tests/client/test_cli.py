@@ -89,23 +89,6 @@ def test_a_bad_value_is_one_sentence_before_anything_is_tried(
     assert complaint(capsys, *arguments) == sentence
 
 
-@pytest.mark.parametrize("earlier", [b"an earlier one", None])
-def test_who_never_gets_in_records_nothing_and_replaces_nothing(
-    nobody: str, tmp_path: Path, earlier: bytes | None
-) -> None:
-    path = tmp_path / "x.npz"
-    if earlier is not None:
-        path.write_bytes(earlier)
-    command = [sys.executable, "-m", "cohaptic", "touch", nobody, "--wait", "0"]
-    command += ["--record", str(path), "--overwrite"]
-    done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
-    assert done.returncode == 2
-    told, sentence = done.stderr.splitlines()
-    assert told.startswith(f"guest: {path}: nothing was recorded")
-    assert sentence == f"cohaptic: {nobody}: no server answers; start one with: cohaptic serve"
-    assert [p.read_bytes() for p in tmp_path.iterdir()] == [earlier] * (earlier is not None)
-
-
 def test_a_recording_is_a_new_plain_file(
     capsys: pytest.CaptureFixture[str], nobody: str, tmp_path: Path
 ) -> None:

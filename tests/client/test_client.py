@@ -205,18 +205,6 @@ def test_when_the_object_changes_a_hand_lets_go_comes_back_and_presses_without_a
     assert told.last.fault == ""
 
 
-def test_an_object_that_changed_unsaid_is_met_by_a_new_loop_too(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(runner, "RETRY", 0.05)
-    then = Visit(period=0.02)
-    told = play(
-        Visit(ticks=20), Visit(period=0.02), then, patience=5.0, until=lambda: bool(then.samples)
-    )
-    assert then.samples
-    assert "the server has another object now; the hand comes back to it" in told.news
-
-
 @pytest.mark.parametrize("patience", [0.0, 0.3])
 def test_a_lost_server_is_tried_again_for_a_while_and_then_it_is_said_how_it_was_lost(
     patience: float, monkeypatch: pytest.MonkeyPatch
@@ -297,13 +285,3 @@ def wall(size: float) -> RestMesh:
     return RestMesh(
         ((-0.1, -y, -y), (-0.1, y, -y), (-0.1, y, y), (-0.1, -y, y)), ((0, 2, 1), (0, 3, 2))
     )
-
-
-def test_a_client_of_mesh_patches_waits_for_the_rest_mesh_and_presses_on_it() -> None:
-    hosted = Visit(rest_mesh=wall(0.1))
-    told = play(hosted, duration=1.0, geometry="mesh")
-    hello = hosted.heard[0]
-    assert isinstance(hello, Hello)
-    assert hello.geometry == "mesh"
-    assert max(norm(sample.force) for sample in hosted.samples) > 0.1
-    assert max(row.indentation for row in told.rows) > 0.001

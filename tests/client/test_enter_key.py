@@ -60,32 +60,6 @@ def test_each_line_is_heard_until_it_is_stopped(ends: tuple[int, int]) -> None:
     asyncio.run(listen())
 
 
-def test_a_process_that_was_in_the_background_hears_again(
-    ends: tuple[int, int], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """There a terminal answers with an error to who reads and ignores its signal."""
-    read, refusals = os.read, [5] * 3
-
-    def refused(source: int, size: int) -> bytes:
-        if source == ends[1] and refusals:
-            raise OSError(refusals.pop(), "Input/output error")
-        return read(source, size)
-
-    async def listen() -> None:
-        monkeypatch.setattr(os, "read", refused)
-        heard = asyncio.Event()
-        key = EnterKey(heard.set)
-        os.write(ends[0], b"\n")
-        await eventually(heard)
-        assert not refusals
-        assert key.listening()
-        key.stop()
-        os.write(ends[0], b"\n")  # lets the thread end, before another test has its terminal
-        await asyncio.wait_for(over(key), PATIENCE)
-
-    asyncio.run(listen())
-
-
 def test_where_nobody_is_there_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     async def listen() -> None:
         monkeypatch.setattr(sys, "stdin", None)

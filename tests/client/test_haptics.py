@@ -14,11 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.clock import SystemClock
-from cohaptic.errors import DeviceError, RemoteProtocolError
+from cohaptic.errors import DeviceError
 from cohaptic.protocol.messages import BodyInfo, Welcome
 from cohaptic.protocol.rest_mesh import RestMesh
-from cohaptic.simulated.hand import Place
-from cohaptic.vec import Vec3, sub
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.devices.kind import DeviceChoice
 from cohaptic_client.haptics import Haptics, loop_config
@@ -90,21 +88,6 @@ def test_the_loop_gets_the_settings_the_body_and_the_limits_of_the_device(
     )
 
 
-def test_before_the_start_there_is_nothing_to_say_and_a_patch_breaks_the_protocol() -> None:
-    rows = list[bytes]()
-    haptics = Haptics(SETTINGS, SystemClock(), rows.append)
-    try:
-        assert not haptics.running
-        assert not haptics.stopping
-        assert haptics.beat() == ""
-        assert (haptics.status, haptics.newest_sample(), haptics.row) == ({}, None, None)
-        with pytest.raises(RemoteProtocolError, match="a rest mesh, then samples, before it"):
-            haptics.give_patch(b"")
-    finally:
-        haptics.close()
-    assert rows == []
-
-
 def test_a_full_disk_before_there_is_a_loop_is_one_sentence(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -126,35 +109,6 @@ def raises(error: Exception) -> Callable[..., NoReturn]:
         raise error
 
     return call
-
-
-def test_a_simulated_hand_is_put_on_the_mesh_and_one_with_a_place_stays_there() -> None:
-    """A tetrahedron whose back lies far below the sphere that holds it."""
-    x0, y0, z0 = BODY.center
-    around = ((0.1, 0.0, 0.0), (-0.01, 0.1, 0.0), (-0.01, -0.1, 0.0), (0.0, 0.0, 0.1))
-    corners = tuple((x0 + x, y0 + y, z0 + z) for x, y, z in around)
-    mesh = RestMesh(corners, ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)))
-
-    def intention(settings: ClientSettings) -> Vec3:
-        made = loop_config(
-            settings,
-            welcome(1.0 / 60.0),
-            memory="here",
-            clock_origin=5.0,
-            rest_mesh="there",
-            mesh=mesh,
-            every_row=False,
-        )
-        assert made.device.intention is not None
-        return made.device.intention.surface
-
-    x, y, z = sub(intention(SETTINGS), BODY.center)
-    assert x == pytest.approx(-0.01 + 0.1 * z)
-    assert y == pytest.approx(0.0, abs=1e-9)
-    assert 0.0 <= z <= 0.1
-    at = Place((0.05, 0.0, 0.0), (-1.0, 0.0, 0.0))
-    fixed = replace(SETTINGS, script=replace(SETTINGS.script, place=at))
-    assert intention(fixed) == at.point
 
 
 class Process:

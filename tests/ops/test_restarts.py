@@ -3,15 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_ops.restarts import FIRST, LASTING, LONGEST, Restarts
-
-
-def test_the_first_end_costs_no_pause_and_each_further_one_twice_as_much() -> None:
-    restarts, pauses = Restarts(), list[float]()
-    for _ in range(5):
-        restarts = restarts.ended(None, 0.0)
-        pauses.append(restarts.pause)
-    assert pauses == [0.0, FIRST, 2.0 * FIRST, 4.0 * FIRST, 8.0 * FIRST]
+from cohaptic_ops.restarts import LASTING, LONGEST, Restarts
 
 
 @given(st.integers(1, 2000))

@@ -236,20 +236,6 @@ def test_energy_from_a_fade_is_observed(monkeypatch: pytest.MonkeyPatch, phase: 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("phase", PHASES)
-def test_energy_from_a_change_of_law_is_observed(
-    monkeypatch: pytest.MonkeyPatch, phase: float
-) -> None:
-    def change(session: VirtualSession, period: int) -> None:
-        if period in (500, 2500):
-            session.set_law("user0", Law.PROPORTIONAL if period == 500 else Law.PREDICTIVE)
-
-    plate = VirtualSession(Spring(SpringSettings(k_o=300.0)))
-    energy = count(monkeypatch, on_a_plate(phase), plate, change, delay=0.05)
-    assert energy.made == pytest.approx(energy.work, abs=0.01 * energy.moved)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("side", [0.0, 0.004])
 def test_energy_along_the_surface_is_observed(
     monkeypatch: pytest.MonkeyPatch, balloon: Balloon, side: float

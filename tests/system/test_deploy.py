@@ -128,16 +128,6 @@ def understood(arguments: list[str]) -> None:
 PROMTOOL, ANALYZE = shutil.which("promtool"), shutil.which("systemd-analyze")
 
 
-@pytest.mark.skipif(PROMTOOL is None, reason="promtool is not installed")
-def test_promtool_finds_nothing_wrong() -> None:
-    assert PROMTOOL is not None
-    for what, name in (("rules", "alerts.yml"), ("config", "prometheus.yml")):
-        done = subprocess.run(
-            [PROMTOOL, "check", what, str(DEPLOY / name)], capture_output=True, check=False
-        )
-        assert done.returncode == 0, done.stderr
-
-
 @pytest.mark.skipif(ANALYZE is None, reason="systemd is not installed")
 def test_systemd_finds_nothing_wrong(tmp_path: Path) -> None:
     assert ANALYZE is not None

@@ -82,17 +82,6 @@ def test_forces_come_to_the_equilibrium(small_balloon: Balloon, delay: float, ot
     assert weight_of(session) == 1.0
 
 
-@pytest.mark.parametrize("delay", DELAYS)
-def test_three_hands_come_to_the_equilibrium_too(small_balloon: Balloon, delay: float) -> None:
-    session = two(small_balloon, delay)
-    session.join("third", script(BESIDE, 1.5), delay=0.3 * delay, seed=7, models=True)
-    session.run(4.0 + 8.0 * delay)
-    expected = at_rest(small_balloon, [script(0.0), script(math.pi), script(BESIDE)])
-    for user, force in zip(session.users.values(), expected, strict=True):
-        assert user.force[-1] == pytest.approx(force, rel=0.01)
-        assert np.ptp(user.force[-300:]) < 0.01 * force
-
-
 def join_who(other: str) -> Callable[[VirtualSession, float], None]:
     def act(session: VirtualSession, delay: float) -> None:
         comer = script(BESIDE, 0.3, 0.02)
@@ -199,25 +188,6 @@ def press_of_another(
 def reached(change: Floats) -> float:
     """Time until nine tenths of a change [s]."""
     return PERIOD * float(np.argmax(change >= 0.9 * change[-1]))
-
-
-@pytest.mark.parametrize(("max_stiffness", "cut"), [(None, False), (260.0, True)])
-def test_a_gain_that_models_hold_down_is_told_and_no_other(
-    small_balloon: Balloon, max_stiffness: float | None, cut: bool
-) -> None:
-    """A device that is just stiff enough for one hand has to be softer beside another's model."""
-    session = VirtualSession(small_balloon)
-    for i, angle in enumerate((0.0, BESIDE)):
-        session.join(
-            f"user{i}", script(angle), delay=0.08, seed=i, max_stiffness=max_stiffness, models=True
-        )
-    session.run(4.0)
-    for user in session.users.values():
-        patch = user.state.patch
-        assert patch is not None
-        told = min(max_stiffness or math.inf, 1.0 / patch.c_ii) - patch.k_h
-        assert patch.ledger.gain_cut == pytest.approx(told, rel=2e-3, abs=0.1)
-        assert (patch.ledger.gain_cut > 1.0) == cut
 
 
 @pytest.mark.parametrize("other", [MOVES, TELLS])

@@ -104,17 +104,6 @@ def test_a_hand_in_the_air_changes_neither_the_lag_nor_the_forces_of_others(
     assert np.abs(forces(session) - alone[0]).max() < ROUNDING
 
 
-def test_a_hand_that_trembles_closely_above_the_surface_does_not_count(
-    small_balloon: Balloon, alone: tuple[Floats, list[float]]
-) -> None:
-    """Within a loop's delay it moves further than its height, and yet it touches nothing."""
-    session = two_who_press(small_balloon)
-    user = third(session, 0.004, approach_at=0.0, depth=-0.001, rhythm=Rhythm(0.125))
-    found = lags(session, 2.0)
-    assert max(user.force) == 0.0
-    assert found == pytest.approx(alone[1], rel=1e-9)
-
-
 @pytest.mark.parametrize("hand", [Hand(), HEAVY], ids=["usual hand", "heavy hand"])
 def test_a_hand_that_touches_raises_the_lag_in_the_tick_of_its_first_force(
     small_balloon: Balloon, hand: Hand

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
 from cohaptic.control.law import Law
-from cohaptic.simulated.hand import HandScript
 from cohaptic.vec import Vec3, dot, norm, scale, sub
-from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.rubber_solid.rubber_solid import RubberSolid, RubberSolidResponse
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.tetrahedra import TetMesh
-from cohaptic_server.room.body_frames import describe
 from cohaptic_server.testing.blocks import grid
-from cohaptic_server.world.equilibrium import RestingHand, solve
 from cohaptic_server.world.state import Participant, Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
@@ -81,39 +75,3 @@ def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
         before = moved
     assert np.abs(before).max() < 1e-6
     assert hardest > (4.0 if young > 1e4 else 1.0)
-
-
-def resting(body: RubberSolid, hands: list[HandScript]) -> list[RestingHand]:
-    info = describe(body)
-    return [
-        RestingHand(s.intention(info.center, info.radius).tip(1.0), s.hand.stiffness) for s in hands
-    ]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("damping", "sway"), [(0.0, 0.02), (1.0, 0.1)])
-def test_two_users_at_80_ms_feel_the_reference(damping: float, sway: float) -> None:
-    body = ball(damping=damping)
-    hands = [HandScript(math.pi + math.pi * i, depth=0.012, approach_at=1.2) for i in range(2)]
-    session = VirtualSession(body)
-    for i, script in enumerate(hands):
-        session.join(f"user{i}", script, delay=0.08, seed=i)
-    session.run(5.5)
-    expected = solve(ball(), resting(body, hands))
-    for i, user in enumerate(session.users.values()):
-        assert user.force[-1] == pytest.approx(expected.force[i], rel=0.02)
-        assert np.ptp(user.force[-300:]) < sway
-        assert user.force[-1] > 1.0
-
-
-@pytest.mark.slow
-def test_meshes_and_friction_work_on_it_too(soft: RubberSolid) -> None:
-    """Patches cut from the bent surface; three loads of a contact, one normal, two along it."""
-    hands = [HandScript(math.pi + math.pi * i, depth=0.01) for i in range(2)]
-    session = VirtualSession(soft)
-    for i, script in enumerate(hands):
-        session.join(f"u{i}", script, delay=0.04, seed=i, geometry="mesh", friction=0.3)
-    session.run(4.0)
-    for user in session.users.values():
-        assert user.force[-1] > 1.0
-        assert np.ptp(user.force[-300:]) < 0.1

@@ -6,7 +6,6 @@ for the wrong reason.
 
 from __future__ import annotations
 
-import logging
 import shutil
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -21,7 +20,6 @@ from cohaptic.errors import CohapticError
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.upload_messages import Examined
 from cohaptic_server.objects.build import build
-from cohaptic_server.objects.memory_limit import say_once
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_tools.body_cli import body
 from cohaptic_uploads.described import from_fields
@@ -137,23 +135,6 @@ def test_what_is_no_object_is_refused_with_its_cause(
     with pytest.raises(CohapticError, match=REFUSED[name]) as refused:
         way(GIVEN / name)
     assert "\n" not in str(refused.value)
-
-
-@pytest.mark.parametrize("name", sorted(READ))
-def test_what_is_an_object_is_read_as_it_is_meant(
-    name: str, caplog: pytest.LogCaptureFixture
-) -> None:
-    wanted = READ[name]
-    say_once.cache_clear()
-    with caplog.at_level(logging.WARNING):
-        said = inspected(GIVEN / name)
-    assert wanted.said in caplog.text
-    assert wanted.said or not caplog.text
-    built = build(ObjectFile.of(GIVEN / name, {"fix": HOLD[1], "order": 1, "edge": 0.15}))
-    # A filled surface may swell by its envelope, of a hundredth of the diagonal.
-    assert 1e6 * built.solid.shape.tets.volume == pytest.approx(wanted.volume, rel=0.01)
-    assert (() if built.parts is None else built.parts.names) == wanted.parts
-    assert all(f"part {part}" in " ".join(said.split()) for part in wanted.parts)
 
 
 @pytest.mark.parametrize("name", sorted(READ))

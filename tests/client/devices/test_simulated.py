@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import math
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -14,7 +12,6 @@ from tests.examples_of_laws import examples
 
 HAND = Hand()
 PERIOD = 0.001  # s
-CATCH_UP = 0.1  # s; the longest stall that the hand makes good
 RESTING = Intention(surface=(0.1, 0.0, 0.0), direction=(-1.0, 0.0, 0.0), depth=0.02)
 PRESSING = HandScript(angle=0.3, rhythm=Rhythm(0.5), approach_at=0.1).intention(ZERO, 0.1)
 ROUNDING = 1e-9  # m; positions of decimetres after some thousand steps in doubles
@@ -67,20 +64,6 @@ def test_how_often_it_is_read_changes_nothing_while_the_force_is_the_same(
         assert here.position == pytest.approx(there.position, abs=1e-6)
 
 
-@given(st.floats(0.1, 3600.0))
-def test_after_a_stall_the_hand_goes_on_from_where_it_was(stall: float) -> None:
-    device = SimulatedDevice(HAND, PRESSING)
-    before = run(device, 0.0, 0.3)
-    after = device.read(0.3 + stall)
-    travel = norm(sub(after.position, before.position))
-    # It caught up with a tenth of a second at most, within its reach in that time.
-    fastest = norm(sub(PRESSING.tip(1.0), PRESSING.tip(0.0))) * math.sqrt(
-        HAND.stiffness / HAND.mass
-    )
-    assert travel <= norm(before.velocity) * CATCH_UP + fastest * CATCH_UP
-    assert after.level == PRESSING.level(0.3 + stall)
-
-
 @given(st.lists(st.floats(-0.01, 0.2), max_size=30), st.floats(-10.0, 10.0))
 def test_its_tip_stays_within_reach_at_any_irregular_reads(gaps: list[float], f: float) -> None:
     device, now = SimulatedDevice(HAND, PRESSING), 50.0
@@ -93,15 +76,3 @@ def test_its_tip_stays_within_reach_at_any_irregular_reads(gaps: list[float], f:
         assert is_finite(sample.velocity)
         # Twice the way to balance is the most that a swing reaches.
         assert norm(sample.position) < 0.15 + 2.0 * abs(f) / HAND.stiffness
-
-
-def test_closing_lets_the_hand_go_and_may_be_done_twice() -> None:
-    device = SimulatedDevice(HAND, RESTING)
-    pushed = run(device, 0.0, 1.0, (5.0, 0.0, 0.0))
-    device.close()
-    device.close()
-    for n in range(2000):
-        device.read(1.0 + n * PERIOD)
-    sample = device.read(3.0)
-    assert pushed.position[0] == pytest.approx(0.08 + 5.0 / HAND.stiffness, abs=1e-4)
-    assert sample.position[0] == pytest.approx(0.08, abs=1e-6)

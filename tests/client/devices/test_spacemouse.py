@@ -88,16 +88,6 @@ def test_a_deflected_cap_that_is_not_heard_stands_and_is_not_fresh(
     assert awake.velocity != ZERO
 
 
-def test_letting_go_stops_the_tip() -> None:
-    transport = FakeTransport([report(1, 0, -350, 0)])
-    mouse = mouse_on(transport)
-    assert mouse.read(0.0).velocity == (0.0, MAX_SPEED, 0.0)
-    transport.reports.append(report(1, 0, 0, 0))
-    stopped = mouse.read(PERIOD)
-    assert stopped.velocity == ZERO
-    assert mouse.read(2 * PERIOD).position == stopped.position
-
-
 @given(st.lists(counts, min_size=1, max_size=40))
 def test_the_newest_deflection_wins(deflections: list[tuple[int, int, int]]) -> None:
     burst = FakeTransport()
@@ -129,16 +119,6 @@ def test_unplugging_is_a_device_error_with_advice() -> None:
         mouse.read(PERIOD)
     mouse.close()
     assert transport.closed == 1
-
-
-def test_closing_twice_closes_once_and_reading_on_is_a_device_error() -> None:
-    transport = FakeTransport()
-    mouse = mouse_on(transport)
-    mouse.close()
-    mouse.close()
-    assert transport.closed == 1
-    with pytest.raises(DeviceError, match="closed"):
-        mouse.read(0.0)
 
 
 class FakeHid(FakeTransport):

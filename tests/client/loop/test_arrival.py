@@ -17,11 +17,9 @@ from cohaptic_client.loop.arrival import (
     next_patience,
     receive,
 )
-from cohaptic_client.loop.slew import GAIN_RATE
 from cohaptic_client.loop.state import LoopSettings, LoopState, flat_surface
 from cohaptic_client.loop.step import step
 from tests.client.loop.loop_cases import (
-    PACE,
     PERIOD,
     ROUNDING,
     SETTINGS,
@@ -79,23 +77,6 @@ def test_a_new_patch_never_moves_the_force_in_the_period_of_its_arrival(
             for patch in (replace(second, tick=2), replace(other, tick=2))
         }
         assert len(seen) == 1
-
-
-@given(near_patches, near_patches, probes, st.sampled_from(WIDE))
-def test_with_and_without_a_new_patch_a_period_differs_by_the_change_of_a_gain(
-    first: Patch, second: Patch, probe: Vec3, settings: LoopSettings
-) -> None:
-    second = replace(second, law=first.law, integral_gain=first.integral_gain)
-    state = receive(engaged(first, settings), replace(second, tick=2), 10.0, settings)
-    state, _ = step(state, at(probe), 10.0, settings)
-    now = 10.0 + PERIOD
-    newer = receive(state, replace(first, tick=3), now, settings)
-    after, with_it = (step(s, at(probe), now, settings) for s in (state, newer))
-    # Where the surface is held back, a change of gain leaves it so much less way.
-    force = norm(after[1].force)
-    known = 2.0 * (max(force, after[0].k_h * after[0].depth) + PACE)
-    change = abs(norm(with_it[1].force) - force)
-    assert change <= (math.exp(GAIN_RATE * PERIOD) - 1.0) * known + ROUNDING
 
 
 @given(near_patches, near_patches, probes, st.sampled_from(WIDE))

@@ -188,17 +188,6 @@ def test_a_process_that_dies_without_a_word_is_one_sentence_too(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-def test_a_process_that_was_killed_is_told_by_the_signals_name(bench: Bench) -> None:
-    loop = HapticProcess(bench.config, bench.memory)
-    bench.until(loop, lambda: bool(bench.rows))
-    for pid in processes_with(bench.memory.path):
-        os.kill(pid, signal.SIGKILL)
-    with pytest.raises(DeviceError, match=r"its process was ended by SIGKILL; start again$"):
-        bench.until(loop, lambda: False)
-    end(loop)
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 def test_a_process_that_does_not_end_is_ended(bench: Bench) -> None:
     loop = HapticProcess(bench.config, bench.memory)
     bench.until(loop, lambda: bool(bench.rows))

@@ -10,10 +10,9 @@ from cohaptic.control.friction import Compliance3
 from cohaptic.control.geometry import Sight
 from cohaptic.control.law import Law
 from cohaptic.control.laws.model import Gains, LawSettings
-from cohaptic.vec import ZERO, norm
+from cohaptic.vec import norm
 from cohaptic_client.loop.law_fade import (
     LAW_FADE_SHARE_RATE,
-    LAW_FADE_TIME,
     LawFade,
     Running,
     run,
@@ -45,14 +44,6 @@ def forces(fade: LawFade, sight: Sight, periods: int) -> tuple[LawFade, list[flo
         fade, force = run(fade, sight, T, SETTINGS)
         seen.append(force.normal_force)
     return fade, seen
-
-
-@given(laws, gains, sights)
-def test_without_a_change_it_is_the_law_itself(law: Law, own: Gains, sight: Sight) -> None:
-    fade = LawFade(Running(law, own))
-    assert switch(fade, law, Gains(1.0)) is fade
-    after, _ = forces(fade, sight, 3)
-    assert (after.before, after.share) == (None, 1.0)
 
 
 @given(st.lists(st.tuples(laws, gains, st.integers(1, 500)), min_size=2, max_size=5), sights)
@@ -93,16 +84,6 @@ def test_the_way_back_begins_where_the_change_stood(
         assert switch(fade, Law.PI, other) is fade
         back = switch(fade, Law.PREDICTIVE, other)
         assert (back.now, back.share) == (fade.before, 1.0 - fade.share)
-
-
-def test_a_small_change_takes_the_fade_time() -> None:
-    sight = Sight(0.01, (0.0, 0.0, 1.0), 0.004, ZERO, ZERO)
-    fade = switch(LawFade(Running(Law.PREDICTIVE, Gains(200.0))), Law.PROPORTIONAL, Gains(201.0))
-    periods = 0
-    while fade.before is not None:
-        fade, _ = run(fade, sight, T, SETTINGS)
-        periods += 1
-    assert abs(periods * T - LAW_FADE_TIME) < 2 * T
 
 
 def test_a_stiff_law_that_goes_does_not_drive_the_friction() -> None:

@@ -15,7 +15,6 @@ from cohaptic.protocol.patch import Patch
 from cohaptic.vec import Vec3, norm, sub
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.budget import Budget
-from cohaptic_client.loop.chain import CHAIN
 from cohaptic_client.loop.ledger import ledger_of
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.rules.guard import own_force
@@ -124,9 +123,3 @@ def test_all_fades_and_a_gain_together_take_no_more_than_there_is() -> None:
 def probes_from() -> Vec3:
     """Where a hand is that begins on the plane."""
     return (0.0, 0.0, 0.0)
-
-
-def test_every_rule_has_a_name_of_its_own_and_says_what_it_does() -> None:
-    names = [rule.name for rule in CHAIN]
-    assert len(set(names)) == len(names)
-    assert all(rule.reason for rule in CHAIN)

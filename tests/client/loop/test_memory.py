@@ -180,15 +180,6 @@ def test_a_slow_reader_loses_only_the_oldest(before: int, after: int) -> None:
 # Memory
 
 
-def test_the_file_lives_until_its_maker_removes_it() -> None:
-    made = LoopMemory.create()
-    other = LoopMemory(made.path)
-    other.close(remove=False)
-    assert os.path.exists(made.path)
-    made.close(remove=True)
-    assert not os.path.exists(made.path)
-
-
 def test_nobody_else_may_read_the_file(memory: LoopMemory) -> None:
     if sys.platform != "win32":
         assert os.stat(memory.path).st_mode & 0o077 == 0

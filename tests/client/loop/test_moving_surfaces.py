@@ -139,15 +139,6 @@ def test_another_compliance_moves_the_force_slowly(to: Compliance3 | None) -> No
     assert unexplained(hand.rest(400), before) <= STEP
 
 
-def test_a_compliance_that_comes_into_a_contact_starts_friction_at_none() -> None:
-    C: list[Compliance3 | None] = [None]
-    hand = Held(lambda _: plane(compliance=C[0]), depth=0.005, friction=0.5)
-    before = hand.state.safety.force
-    C[0] = SKEWED
-    assert unexplained(hand.rest(100), before) <= STEP
-    assert norm(hand.state.friction.force) < 0.01
-
-
 @given(seeds, st.sampled_from([0.0, 0.5]), st.booleans(), st.sampled_from([200, 1000, 10_000]))
 @tried(max_examples=examples(30))
 def test_no_legal_patches_move_the_force_of_a_hand_but_slowly(
@@ -231,14 +222,6 @@ def test_no_patch_gives_a_hand_more_than_its_device_renders(
         now += PERIOD
         state, _ = step(state, DeviceSample(ZERO, ZERO), now, settings)
         assert state.k_h <= 2000.0
-
-
-def test_from_no_gain_there_is_a_way_up() -> None:
-    k: list[float] = [0.0]
-    hand = Held(lambda _: replace(plane(), law=Law.PROPORTIONAL, k_h=k[0]), depth=0.004)
-    k[0] = 500.0
-    hand.rest(1500)
-    assert hand.state.k_h == pytest.approx(500.0)
 
 
 @pytest.mark.parametrize("back", [-0.5, -1000.0])

@@ -198,19 +198,6 @@ def test_forces_are_those_of_the_matrix(news: Partners, sight: Sight, seed: int)
     assert shown.depth * K_H == pytest.approx(forces[0], abs=1e-3)
 
 
-@given(rooms, sights, shares)
-def test_without_weight_the_surface_is_shown_as_it_came(
-    news: Partners, sight: Sight, share: float
-) -> None:
-    replica = follow(None, Partners(0.0, MOST, news.model, news.partners), 1.0)
-    _, shown = ask(replica, sight, share)
-    assert shown.depth == sight.depth
-    assert shown.u_others == pytest.approx(sight.u_others, abs=1e-15)
-    assert (shown.normal, shown.c_ii, shown.own_force) == (
-        sight.normal, sight.c_ii, sight.own_force,
-    )  # fmt: skip
-
-
 @given(rooms, sights, weights)
 def test_only_the_displacement_by_others_moves_along_the_normal(
     news: Partners, sight: Sight, weight: float
@@ -340,21 +327,6 @@ def test_no_device_renders_more_than_it_can(
     rendered = K_H * (more.sight.depth - found.sight.depth) / 1e-6
     assume(0.0 < found.forces[0] < MOST and 0.0 < more.forces[0] < MOST)
     assert rendered <= most * (1.0 + 1e-6) or given_share < 1.0
-
-
-@given(st.floats(50.0, 1e6), st.floats(0.0, 0.01), st.floats(-0.02, 0.0))
-def test_a_hand_alone_at_its_devices_limit_is_as_before(
-    most: float, depth: float, away: float
-) -> None:
-    """Alone, and with a partner in the air."""
-    sight = Sight(depth, (0.0, 0.0, 1.0), 1.0 / most, ZERO, ZERO)
-    own = Own(most, 1.0 / most, 1e9, 1.0, most, 0.0, 0.0, WISH_RATE)
-    partner = Partner(2, USUAL_HAND, away, 0.0, 0.0, 10.0, 1.0 / most, (0.5 / most,))
-    for others in ((), (partner,)):
-        replica = replace(follow(None, Partners(1.0, MOST, USUAL_HAND, others), 1.0), step=0.0)
-        found = answer(replica, sight, 1.0, own, DT)
-        assert found.sight.depth == depth
-        assert found.explained == 0.0
 
 
 def test_a_force_that_the_hand_does_not_get_is_none_for_the_others() -> None:

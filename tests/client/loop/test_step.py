@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -9,7 +8,7 @@ from hypothesis import strategies as st
 
 from cohaptic.control.laws.model import NO_FORCE
 from cohaptic.protocol.patch import Patch
-from cohaptic.vec import ZERO, Vec3, norm, scale, sub
+from cohaptic.vec import ZERO
 from cohaptic_client.devices.device import DeviceSample
 from cohaptic_client.loop.arrival import (
     receive,
@@ -17,17 +16,13 @@ from cohaptic_client.loop.arrival import (
 from cohaptic_client.loop.ledger import Ledger, ledger_of
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.state import LoopSettings, LoopState
-from cohaptic_client.loop.step import step
 from tests.client.loop.loop_cases import (
-    PERIOD,
-    ROUNDING,
     SETTINGS,
     WIDE,
     at,
     engaged,
     near_patches,
     play,
-    probes,
     samples,
     shown_at,
 )
@@ -64,31 +59,6 @@ def test_before_the_first_patch_there_is_no_force_and_the_server_counts_as_silen
         assert output.give is None
         assert ledger_of(output, 10.0) == Ledger()
     assert shown_at(state, ZERO, 10.0, SETTINGS) is None
-
-
-@given(near_patches, probes, st.sampled_from(WIDE))
-def test_the_force_is_along_the_normal_and_only_pushes(
-    patch: Patch, probe: Vec3, settings: LoopSettings
-) -> None:
-    flat = replace(patch, curvature=0.0)
-    _, output = step(engaged(flat, settings), at(probe), 10.0, settings)
-    expected = scale(flat.normal, output.local.normal_force)
-    assert output.local.normal_force >= 0.0
-    if norm(expected) < settings.limits.max_force:
-        assert norm(sub(output.force, expected)) <= ROUNDING * (1.0 + norm(expected))
-
-
-def test_a_hand_that_comes_from_outside_feels_the_spring_after_the_engage_time() -> None:
-    outside, inside = at((0.0, 0.0, 0.01)), at((0.0, 0.0, -0.004))
-    state, forces = LoopState(), list[Vec3]()
-    for period in range(1300):
-        now = 10.0 + period * PERIOD
-        if period % 16 == 0:
-            state = receive(state, replace(PLANE, tick=1 + period), now, SETTINGS)
-        state, output = step(state, outside if period < 100 else inside, now, SETTINGS)
-        forces.append(output.force)
-    assert set(forces[:100]) == {ZERO}
-    assert forces[-1] == pytest.approx((0.0, 0.0, 250.0 * 0.004))
 
 
 def test_a_hand_that_was_inside_from_the_start_gets_no_force() -> None:

@@ -79,13 +79,6 @@ def test_models_that_drive_a_hand_are_out_of_use_soon_and_for_seconds(frequency:
     assert 5.0 <= waits * DT <= 12.0
 
 
-def test_what_a_resting_hand_damps_costs_no_trust() -> None:
-    """1 mW for half a minute."""
-    power = 0.001
-    force = power / (0.5 * 1e-3 * 2.0 * math.pi * 5.0)
-    assert all(trust.share == 1.0 for trust in played(force, 1e-3, 5.0, 30.0))
-
-
 @given(st.floats(1.0, 20.0), st.floats(0.0, 1.0))
 def test_a_spring_alone_costs_no_trust(frequency: float, share: float) -> None:
     """Of 400 N/m, up to the energy that the account bears."""

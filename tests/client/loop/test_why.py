@@ -12,7 +12,7 @@ from cohaptic.control.tick_ledger import TickLedger
 from cohaptic.protocol.partners import Partner, Partners
 from cohaptic.protocol.patch import Patch
 from cohaptic.recording.why import ENTRIES, Why, why
-from cohaptic.vec import Vec3, scale
+from cohaptic.vec import Vec3
 from cohaptic_client.loop.passivity import Passivity
 from tests.client.loop.staged import DEPTH, Stage, honest
 from tests.client.plane import STIFFNESS
@@ -80,22 +80,6 @@ def test_passivity() -> None:
     assert "by damping" in found.sentence
 
 
-def test_a_cut_by_the_server() -> None:
-    stage = Stage()
-    cut = TickLedger(by_limit=-0.5 * PRESSED, by_rate=-0.1 * PRESSED, gain_cut=250.0)
-    stage.server = lambda patch, force: replace(patch, own_force=scale(force, 0.4), ledger=cut)
-    stage.press()
-    found = last(stage)
-    assert f"on its way to the body there was less {0.5 * PRESSED:.2f} N by limit" in found.sentence
-    assert f"less {0.1 * PRESSED:.2f} N by rate" in found.sentence
-    assert "the gain is 250 N/m less" in found.sentence
-    given = {each.name: each.newtons for each in found.server}
-    assert given == pytest.approx(
-        {"presence": 0.0, "limit": -0.5 * PRESSED, "anticipation": 0.0, "lag": 0.0,
-         "rate": -0.1 * PRESSED}
-    )  # fmt: skip
-
-
 def test_what_a_silent_server_did_last_is_not_told_as_if_it_were_now() -> None:
     stage = Stage()
     cut = TickLedger(by_lag=-0.5, gain_cut=250.0)
@@ -106,17 +90,6 @@ def test_what_a_silent_server_did_last_is_not_told_as_if_it_were_now() -> None:
     stage.rest(0.3)
     assert "by lag" not in last(stage).sentence
     assert "less, since" not in last(stage).sentence
-
-
-def test_a_lag() -> None:
-    stage = Stage()
-    stage.server = lambda patch, force: replace(
-        honest(patch, force), room=replace(patch.room, lag=0.35), ledger=TickLedger(by_lag=-0.4)
-    )
-    stage.press()
-    found = last(stage)
-    assert "the object answers other hands with a lag of 0.35 s" in found.sentence
-    assert "less 0.40 N by lag (the room's lag)" in found.sentence
 
 
 def test_every_row_of_a_recording_adds_up() -> None:

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -10,13 +9,9 @@ from hypothesis import strategies as st
 from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO, Vec3, is_finite, norm, scale, sub
 from cohaptic_client.devices.device import DeviceSample
-from cohaptic_client.loop.arrival import receive
-from cohaptic_client.loop.step import step
-from cohaptic_drivers.dualsense.cursor import FRONT, TOP, Room
+from cohaptic_drivers.dualsense.cursor import FRONT, Room
 from cohaptic_drivers.dualsense.pad import Pad
 from cohaptic_drivers.dualsense.reports import OFF, Effects, Held
-from tests.client.loop.loop_cases import SETTINGS, engaged
-from tests.client.plane import PLANE
 
 ROOM = Room(FRONT, depth=0.03, reach=0.2)
 REST = Held((0.0, 0.0), (0.0, 0.0), 0)
@@ -99,39 +94,6 @@ def test_a_force_against_the_pull_resists_from_where_it_began() -> None:
     assert link.given[-1] == OFF
 
 
-def test_in_the_loop_it_presses_a_plane_and_lifts_off_it() -> None:
-    link, depths = FakeLink(), list[float]()
-    room = Room(TOP, depth=0.03, reach=0.2)
-    pad = Pad(link, REST, room, start=-0.01, full=FULL)
-    limits = replace(SETTINGS.limits, max_force=FULL, stale=0.008)
-    settings = replace(SETTINGS, limits=limits)
-    now = 10.0
-    state = engaged(PLANE, settings, now)
-    for k in range(900):
-        pull = (0, 150, 255, 0, 150, 0)[k // 150]
-        if k % 4 == 0:
-            link.told = replace(REST, pull=pull)
-        if k % 16 == 0:
-            state = receive(state, replace(PLANE, tick=2 + k), now, settings)
-        sample = pad.read(now)
-        state, output = step(state, sample, now, settings)
-        pad.write(output.force)
-        depths.append(-sample.position[2])
-        now += PERIOD
-        assert state.safety.fault == ""
-    felt = link.given
-    # 10 mm above the plane; 30 mm over 250 steps of the trigger, from the fifth on.
-    assert depths[299] == pytest.approx(0.0074, abs=1e-4)
-    weak, strong = felt[299], felt[449]
-    assert 0 < weak.resistance < strong.resistance == 255
-    contact = 5 + 250 * 10 / 30
-    assert weak.start == strong.start == pytest.approx(contact, abs=5)
-    assert weak.rumble == strong.rumble == 0
-    assert max(e.rumble for e in felt[150:200]) > 100
-    assert felt[599] == OFF == felt[899]
-    assert [depths[599], depths[899]] == pytest.approx([-0.01, -0.01], abs=1e-5)
-
-
 def test_a_silent_pad_stands_is_told_as_stale_and_then_as_gone() -> None:
     link = FakeLink()
     pad = pad_on(link)
@@ -163,17 +125,6 @@ def test_a_process_that_stood_still_does_not_take_the_pad_for_a_silent_one() -> 
     assert pad.read(5.0).position == last.position
     link.told = REST
     assert pad.read(5.001).fresh
-
-
-def test_trouble_of_the_link_is_that_of_the_device() -> None:
-    link = FakeLink()
-    pad = pad_on(link)
-    pad.read(0.0)
-    link.trouble = DeviceError("dualsense", "it was unplugged")
-    with pytest.raises(DeviceError, match="unplugged"):
-        pad.read(0.001)
-    with pytest.raises(DeviceError, match="unplugged"):
-        pad.write((0.0, -1.0, 0.0))
 
 
 @given(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from threading import Thread
 
 import pytest
@@ -154,17 +153,6 @@ def test_garbage_in_contact(bench: Bench, garbage: str) -> None:
     bench.emulator.instead = garbage
     assert "is no state of a device" in bench.end_of(device)
     until(lambda: bench.arm.force == ZERO)
-
-
-@pytest.mark.parametrize("where", [{"x": float("nan")}, {"x": 1e3}, {"y": float("inf")}])
-def test_a_tip_that_cannot_be_there_is_garbage(bench: Bench, where: dict[str, float]) -> None:
-    device = bench.open()
-    bench.press(device)
-    at = REST[0] if "y" in where else 0.0
-    x, y = where.get("x", at), where.get("y", REST[1])
-    with bench.emulator.lock:
-        bench.arm.state = replace(bench.arm.state, position=(x, y, REST[2]))
-    assert "is no state of a device" in bench.end_of(device)
 
 
 def test_a_service_that_stalls_holds_no_force_and_is_given_up(

@@ -6,14 +6,12 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
-from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.devices.catalogue import open_device, read_device
-from cohaptic_drivers.oneaxis import handle, link, oneaxis_kind
+from cohaptic_drivers.oneaxis import handle, link
 from cohaptic_drivers.oneaxis.frames import crc16
 from tests.client.devices.until import until
 from tests.client.plane import CONFIG
@@ -90,16 +88,6 @@ def test_a_hand_that_presses_moves_the_tip_inward(
     until(there)
     # The lower limit is in `test_handle.py`: a process that waits may miss the whole way.
     assert max(speeds) < 1.5
-
-
-def test_a_handle_wired_the_other_way_round_is_told_by_its_file(bench: Bench) -> None:
-    board = bench.board()
-    board.rig.turned()
-    turned = UNIT.replace("direction = 1", "direction = -1")
-    bench.unit.write_text(turned)
-    device = bench.open(board)
-    until(lambda: bench.step(device) and board.current == 0.24)
-    until(lambda: device.read(CLOCK.now()).position[1] < -0.112 and bench.step(device))
 
 
 def test_without_a_file_it_senses_only(bench: Bench) -> None:
@@ -248,21 +236,3 @@ def test_firmware_that_is_not_known_or_holds_on_is_refused(
     board = bench.board()
     board.instead = _description(version, watchdog)
     assert words in bench.complaint(board)
-
-
-def test_no_port(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    board = bench.board()
-    board.unplug()
-    assert "there is no port" in bench.complaint(board)
-    for ports, words in (
-        ([], "no serial port of such a board was found"),
-        (["/dev/ttyUSB0", "/dev/ttyUSB1"], "there are several ports: /dev/ttyUSB0, /dev/ttyUSB1"),
-    ):
-        there = [SimpleNamespace(device=path) for path in ports]
-
-        def found(there: list[SimpleNamespace] = there) -> list[SimpleNamespace]:
-            return there
-
-        monkeypatch.setattr(oneaxis_kind, "find_ports", found)
-        with pytest.raises(DeviceError, match=words):
-            open_device(replace(CONFIG.device, choice=read_device("oneaxis")))

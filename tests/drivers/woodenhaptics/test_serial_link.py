@@ -182,25 +182,11 @@ def test_a_loop_that_ends_without_closing_is_the_boards_own_watchdogs_business(
     board.unplug()
 
 
-def test_the_kind_of_the_arm_has_to_be_the_boards(bench: Bench) -> None:
-    told = bench.complaint(bench.board(model=2))
-    assert "says that it is kind 2; choose it: woodenhaptics:kind=vintage" in told
-    bench.open(bench.board(model=2), "kind=vintage")
-    bench.open(bench.board(model=1), "kind=polhem")
-
-
 def test_counters_that_are_no_pose_are_told_with_what_to_do(bench: Bench) -> None:
     board = bench.board(model=1)
     board.counts = (0.0, 0.0, -10000.0)  # where the closed chain does not close
     told = bench.complaint(board, "kind=polhem")
     assert "a pose that it cannot have; hold it in its home pose" in told
-
-
-def test_an_arm_whose_counters_were_never_zeroed_can_be_held_at_home(bench: Bench) -> None:
-    board = bench.board()
-    board.counts = (700.0, -300.0, 90.0)
-    device = bench.open(board, "home=here")
-    assert device.read(CLOCK.now()).position == pytest.approx((0.0, -0.025, 0.205))
 
 
 def test_a_haply_at_the_address_is_refused(bench: Bench) -> None:

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 from prometheus_client.parser import text_string_to_metric_families
 
 from cohaptic_ops.monitoring.exposition import exposition
-from cohaptic_ops.monitoring.known import STALE, Known
-from cohaptic_ops.monitoring.metrics import RoomHealth
-from tests.ops.monitoring.some import health, room, ticking, times, user
+from cohaptic_ops.monitoring.known import Known
+from tests.ops.monitoring.some import room, ticking, times, user
 
 Samples = dict[tuple[str, tuple[tuple[str, str], ...]], float]
 
@@ -57,18 +56,6 @@ def test_what_a_room_tells_is_there_in_its_units() -> None:
     assert of(got, "user_delay_seconds", room="main", seat="1") == 0.05
     assert of(got, "user_samples_unused_ratio", room="main", seat="1") == 0.25
     assert of(got, "server_ready") == 1
-
-
-def test_all_rooms_are_told_and_one_that_is_silent_tells_its_health_only() -> None:
-    known = ticking(room("main"), room("other"))
-    now = 1.5 + STALE
-    rooms = (RoomHealth(name="main", state="open"), RoomHealth(name="other", state="open"))
-    known.take(health(*rooms), now)
-    known.take(room("main", 100), now)
-    got = read(known, now)
-    assert of(got, "room_ticking", room="main") == 1
-    assert of(got, "room_ticking", room="other") == 0
-    assert ("cohaptic_ticks_total", (("room", "other"),)) not in got
 
 
 @given(st.lists(st.text(min_size=1, max_size=40), min_size=1, max_size=16, unique=True))

@@ -103,25 +103,6 @@ def test_who_says_nothing_is_closed_at_the_deadline_and_who_goes_is_forgotten(
     asyncio.run(main())
 
 
-def test_the_next_place_takes_whom_the_first_does_not_and_else_it_is_said() -> None:
-    async def main() -> None:
-        full, site = Taker(willing=False), Taker()
-        async with opened(full, site) as (_, gate, port):
-            _, writer = await asyncio.open_connection("127.0.0.1", port)
-            writer.write(LINE)
-            await until(lambda: site.seen)
-            site.willing = False
-            reader, second = await asyncio.open_connection("127.0.0.1", port)
-            second.write(LINE)
-            said = await asyncio.wait_for(reader.read(), PATIENCE)
-            assert said.startswith(b"HTTP/1.1 503 ")
-            assert gate.sources.open == 1
-            writer.close()
-            second.close()
-
-    asyncio.run(main())
-
-
 def test_those_who_say_nothing_are_bounded_for_an_address() -> None:
     async def main() -> None:
         limits = Limits().changed(["open=5"])

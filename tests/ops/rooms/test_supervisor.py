@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import errno
 import os
 import signal
-import socket
 import sys
 from collections.abc import AsyncGenerator, Callable, Mapping
 from dataclasses import dataclass, field
@@ -21,7 +19,6 @@ from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode
 from cohaptic_ops.rooms import keeper as keeping
 from cohaptic_ops.rooms.config import RoomsConfig, RoomTable
-from cohaptic_ops.rooms.process.handing_over import handing_pair
 from cohaptic_ops.rooms.process.room_process import Build
 from cohaptic_ops.rooms.supervisor import Supervisor
 from tests.ops.monitoring.asking import ask, status_once
@@ -304,24 +301,6 @@ def test_whoever_comes_while_a_room_ends_is_in_the_next_one() -> None:
 
 def has_ended(keeper: keeping.Keeper, times: int) -> bool:
     return keeper.restarts.count == times
-
-
-def test_a_server_without_files_for_a_room_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    pairs, pair = iter([True, True]), handing_pair
-
-    def sometimes() -> tuple[socket.socket, socket.socket]:
-        if next(pairs, False):
-            raise OSError(errno.EMFILE, "Too many open files")
-        return pair()
-
-    async def main() -> None:
-        async with served({"rare": small, "main": small}, {"rare": ON_DEMAND}) as house:
-            monkeypatch.setattr(keeping, "handing_pair", sometimes)
-            house.signal("main", signal.SIGKILL)
-            async with visitors(house, "rare", "main"):
-                assert next(pairs, None) is None
-
-    asyncio.run(main())
 
 
 def test_a_server_that_stops_tells_everybody_and_leaves_no_process() -> None:

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import gzip
-from pathlib import Path
 from urllib.parse import parse_qs, unquote
 
 import pytest
@@ -16,8 +15,6 @@ from cohaptic_server.http.routes import (
     Request,
     Site,
     green_block,
-    has_page,
-    load_page,
     moved,
     query_without_token,
 )
@@ -41,17 +38,6 @@ def header(answer: Answer, name: str) -> str | None:
     found = [value for key, value in answer.headers if key == name]
     assert len(found) <= 1
     return found[0] if found else None
-
-
-@pytest.mark.parametrize(
-    ("accepts", "deflated"),
-    [("gzip", True), ("br, gzip;q=0.5", True), ("", False), ("br", False), ("xgzip", False)],
-)
-def test_text_is_deflated_for_who_takes_it(accepts: str, deflated: bool) -> None:
-    answer = ask("/", accepts=accepts)
-    assert header(answer, "Content-Encoding") == ("gzip" if deflated else None)
-    assert header(answer, "Vary") == "Accept-Encoding"
-    assert (gzip.decompress(answer.body) if deflated else answer.body) == HTML
 
 
 methods = st.sampled_from(["GET", "HEAD", "POST", "PUT", "OPTIONS"])
@@ -145,27 +131,6 @@ def test_blocks() -> None:
     assert header(busy, "Cache-Control") == "no-store"
     bare = Site(PAGE, None, 42)
     assert "no sum" in ask(request.target, site=bare).body.decode()
-
-
-def test_a_folder_becomes_a_page(tmp_path: Path) -> None:
-    secret = tmp_path / "secret.txt"
-    secret.write_text("not for visitors")
-    folder = tmp_path / "page"
-    (folder / "assets").mkdir(parents=True)
-    (folder / "index.html").write_bytes(HTML)
-    (folder / "assets" / "app-0a1b.js").write_bytes(b"x" * 500)
-    (folder / "icon.png").write_bytes(bytes(100))
-    (folder / "strange.xyz").write_bytes(b"?")
-    page = load_page(folder)
-    assert has_page(page)
-    assert set(page) == {"/index.html", "/assets/app-0a1b.js", "/icon.png", "/strange.xyz"}
-    assert page["/icon.png"] == PageFile("image/png", bytes(100), None, hashed=False)
-    assert page["/strange.xyz"].kind == "application/octet-stream"
-    script = page["/assets/app-0a1b.js"]
-    assert script.hashed
-    assert script.gzipped is not None
-    assert gzip.decompress(script.gzipped) == b"x" * 500
-    assert script.kind == "text/javascript; charset=utf-8"
 
 
 @given(st.text())

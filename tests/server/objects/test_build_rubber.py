@@ -99,15 +99,6 @@ def test_a_plate_below_the_envelope_of_a_large_edge_is_lost_there_and_not_flat(
 
 
 @pytest.mark.live
-@pytest.mark.slow
-def test_a_sheet_that_no_edge_resolves_is_told_how_thick_it_has_to_be(tmp_path: Path) -> None:
-    path = tmp_path / "sheet.stl"
-    trimesh.creation.box((0.3, 0.3, 0.0005)).export(path)  # pyright: ignore[reportUnknownMemberType]
-    with pytest.raises(VolumeLostError, match=r"thinner than about 0.85 mm is lost. Thicken it"):
-        load_or_prepare(ObjectFile(path, fix="x < 3%"))
-
-
-@pytest.mark.live
 def test_a_leaflet_is_no_lump_of_the_same_volume(tmp_path: Path) -> None:
     """25 tetrahedra had 98 % of the volume of a sheet of 1 mm, and ended 135 mm from its rim."""
     path = tmp_path / "leaflet.stl"
@@ -132,24 +123,6 @@ def test_more_users_have_a_coarser_mesh(tmp_path: Path, monkeypatch: pytest.Monk
     many = Demand(25, 60.0, nonlinear=True)
     with pytest.raises(BodyError, match=r"a larger --edge .* or fewer --users"):
         affordable(replace(source, edge=0.25), many, lambda phase, share: None)
-
-
-def test_what_a_tick_does_not_afford_is_made_of_linear_elements_by_auto(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(rubber_solid, "cores", lambda: 1)
-    source = ObjectFile(volume(tmp_path / "fine.vtk", 6), "z <= 0%")  # 2,197 nodes
-    demand = Demand(nonlinear=True)
-    found = resolve(source, demand=demand)
-    assert [remedy.option for remedy in found.remedies] == ["--order 1"]
-    assert "2,197 nodes under large deformation take" in found.remedies[0].sentence()
-    body = build_body(str(source.path), found.source, nonlinear=True, demand=demand)
-    assert isinstance(body, RubberSolid)
-    assert demand.affords(len(body.shape.nodes))
-    # Where linear ones are too many too, that is the error.
-    finer = ObjectFile(volume(tmp_path / "finer.vtk", 14), "z <= 0%")
-    with pytest.raises(BodyError, match=r"3,375 nodes .* a coarser mesh or --simulation-hz 17"):
-        resolve(finer, demand=demand)
 
 
 @pytest.mark.live

@@ -80,13 +80,6 @@ def test_an_object_is_the_same_wherever_it_lies_in_its_file(
     assert frames.rest_mesh()
 
 
-def test_a_rule_for_the_held_region_is_in_the_frame_of_the_file(tmp_path: Path) -> None:
-    body = build_solid(moved(tmp_path / "there.vtu", (12.0, 0.0, 0.0), "x < 11.98"))
-    held = in_file(body)[body.shape.held]
-    assert held[:, 0].max() == pytest.approx(11.98, abs=2e-5)  # where the bisection ends
-    assert held[:, 0].min() == pytest.approx(11.97)
-
-
 @pytest.mark.parametrize(
     ("lengths", "single", "said"),
     [

@@ -36,49 +36,6 @@ def saved(path: Path, form: str, binary: bool) -> Path:
     return path
 
 
-def in_4_0(path: Path, binary: bool) -> Path:
-    """The same in version 4.0, written by hand: entities, and a group for each of two volumes."""
-    x, tets = block((4, 1, 1))
-    formats = {"i": "i", "t": "Q", "d": "d"}
-
-    def numbers(kind: str, *values: float) -> bytes:
-        if not binary:
-            return " ".join(map(str, values)).encode() + b"\n"
-        return struct.pack(f"<{len(values)}{formats[kind]}", *values)
-
-    box = numbers("d", 0, 0, 0, 1, 1, 1)
-    entities = numbers("t", 1, 0, 0, 2) + numbers("i", 9) + box + numbers("t", 0)
-    for volume, group in ((4, 1), (5, 7)):
-        entities += numbers("i", volume) + box + numbers("t", 1) + numbers("i", group)
-        entities += numbers("t", 0)
-    nodes = numbers("t", 1, len(x)) + numbers("i", 4, 3, 0) + numbers("t", len(x))
-    nodes += b"".join(
-        numbers("i", 3 * k + 2) + numbers("d", *row) for k, row in enumerate(x.tolist())
-    )
-    elements = numbers("t", 2, len(tets))
-    for volume, some in ((4, tets[:12]), (5, tets[12:])):
-        elements += numbers("i", volume, 3, 4) + numbers("t", len(some))
-        elements += b"".join(numbers("i", 1, *row) for row in (3 * some + 2).tolist())
-    data = f"$MeshFormat\n4.0 {int(binary)} 8\n".encode() + (numbers("i", 1) if binary else b"")
-    names = b'$PhysicalNames\n2\n3 1 "liver"\n3 7 "tumour"\n$EndPhysicalNames\n'
-    data += b"\n$EndMeshFormat\n" + names
-    for name, section in (("Entities", entities), ("Nodes", nodes), ("Elements", elements)):
-        data += f"${name}\n".encode() + section + f"\n$End{name}\n".encode()
-    path.write_bytes(data)
-    return path
-
-
-@pytest.mark.parametrize("binary", [False, True])
-def test_version_4_0_is_the_same(tmp_path: Path, binary: bool) -> None:
-    found = read_volume(in_4_0(tmp_path / "a.msh", binary))
-    older = read_volume(saved(tmp_path / "b.msh", "gmsh22", binary=False))
-    assert (found.x == older.x).all()
-    assert (found.tets == older.tets).all()
-    assert found.parts is not None
-    assert found.parts.names == ("liver", "tumour")
-    assert np.bincount(found.parts.of).tolist() == [12, 12]
-
-
 @pytest.mark.parametrize("version", ["1", "3.0", "4.2", "\x1b[2J"])
 def test_another_version_is_named(tmp_path: Path, version: str) -> None:
     (tmp_path / "a.msh").write_text(newer().replace("4.1", version))

@@ -24,7 +24,6 @@ from cohaptic_server.objects.prepare import prepare
 from cohaptic_server.objects.surface import accept, checks
 from cohaptic_server.objects.surface.checks import examine
 from cohaptic_server.objects.surface.surface_file import read_surface
-from cohaptic_server.objects.tetrahedralise import tetrahedralise
 from cohaptic_server.testing.blocks import block
 from tests.server.objects.files import write
 
@@ -63,15 +62,6 @@ def test_a_volume_of_every_kind_becomes_a_solid(kind: str, quadratic: bool, tmp_
     body = build_solid(ObjectFile(path, "z <= 0%", material=SolidSettings(order=1)))
     assert body.shape.tets.volume == pytest.approx(1e-3)
     assert len(body.shape.tets.tets) == len(mesh.tets)
-
-
-@pytest.mark.live
-def test_a_surface_inside_out_is_turned(tmp_path: Path) -> None:
-    x, faces = icosphere(2, 0.05)
-    path = write(tmp_path / "ball.stl", x, faces[:, ::-1])
-    body = build_solid(ObjectFile(path, "z < 20%", edge=0.2))
-    outward = (body.mesh.normals * body.mesh.vertices).sum(axis=1)
-    assert outward.min() > 0.0
 
 
 def broken(defect: str, folder: Path) -> Path:
@@ -157,25 +147,6 @@ def test_a_torus_in_single_precision_does_not_cross_itself(sections: int, tmp_pa
     assert report.volume == pytest.approx(2.0 * np.pi**2 * 0.06 * 0.025**2, rel=0.06)
 
 
-@pytest.mark.live
-@pytest.mark.slow
-def test_where_cubes_cross_the_tetrahedra_are_no_finer_than_they_need_to_be(tmp_path: Path) -> None:
-    rng, pieces = np.random.default_rng(5), list[Any]()
-    transformations: Any = trimesh.transformations
-    creation: Any = trimesh.creation
-    util: Any = trimesh.util
-    for k in range(5):
-        turn = transformations.random_rotation_matrix(rng.random(3))
-        turn[:3, 3] = 0.03 * k, 0.0, 0.0
-        pieces.append(creation.box((0.05, 0.05, 0.05)).apply_transform(turn))
-    path = tmp_path / "pile.stl"
-    util.concatenate(pieces).export(path)
-    crossing = prepare(ObjectFile(path, edge=0.1, repair=True)).tets
-    strict = tetrahedralise(*read_surface(path), 0.1, largest=True)
-    assert len(crossing.tets) < 0.8 * len(strict.tets)
-    assert crossing.volume == pytest.approx(strict.volume, rel=0.01)
-
-
 @pytest.mark.parametrize("kind", ["msh", "vtk", "vtu"])
 def test_a_volume_file_that_is_none_is_one_sentence(
     kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -206,19 +177,6 @@ def test_a_solid_too_large_for_memory_is_refused_with_the_estimate(
         BodyError, match=said + r" --edge 0\.\d+ or --order 1 or --max-memory 0\.\d"
     ):
         build_solid(ObjectFile(path, "z < 20%", edge=0.2, max_memory=0.5e9))
-
-
-@pytest.mark.parametrize(
-    ("path", "sentence"),
-    [
-        ("nowhere.stl", "there is no such file"),
-        ("liver.dicom", r"files of kind \.dicom are not read; these are: \.stl"),
-        ("./liver", r"files of kind \(none\) are not read"),
-    ],
-)
-def test_a_path_that_is_no_object_says_so(path: str, sentence: str) -> None:
-    with pytest.raises(BodyError, match=sentence):
-        build_body(path, ObjectFile(Path(path), "z < 10%"))
 
 
 @pytest.mark.live

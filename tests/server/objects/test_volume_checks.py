@@ -153,14 +153,6 @@ def test_a_crack_within_one_piece_is_found(tmp_path: Path) -> None:
         read(tmp_path / "a.vtu", joined(base, left, right))
 
 
-def test_a_sound_mesh_is_left_as_it_is(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    x, tets = block((3, 2, 2))
-    found = read(tmp_path / "a.vtu", (x, tets))
-    assert (found.x == x).all()
-    assert (found.tets == tets).all()
-    assert not caplog.text
-
-
 def test_faces_too_many_to_compare_are_one_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -12,7 +12,6 @@ import pytest
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Ints
 from cohaptic_server.objects.volume_file import read_volume
-from cohaptic_server.touchable import VOLUMES
 
 CUBE = 0.1 * np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)], dtype=float)
 TETS = np.array([[0, 1, 2, 4], [3, 2, 1, 7], [5, 4, 7, 1], [6, 7, 4, 2], [1, 2, 4, 7]])
@@ -22,19 +21,6 @@ def write(path: Path, cells: list[tuple[str, Ints]]) -> Path:
     whole: Any = meshio.Mesh(CUBE, [*cells])
     whole.write(path)
     return path
-
-
-@pytest.mark.parametrize("kind", VOLUMES)
-def test_tetrahedra_are_read_as_they_are(tmp_path: Path, kind: str) -> None:
-    x, tets, _ = read_volume(write(tmp_path / f"cube{kind}", [("tetra", TETS)]))
-    assert x == pytest.approx(CUBE)
-    assert tets.tolist() == TETS.tolist()
-
-
-def test_faces_beside_them_do_not_matter(tmp_path: Path) -> None:
-    triangles = np.array([[0, 1, 2]])
-    _, tets, _ = read_volume(write(tmp_path / "c.vtu", [("triangle", triangles), ("tetra", TETS)]))
-    assert len(tets) == len(TETS)
 
 
 @pytest.mark.parametrize(
@@ -61,18 +47,6 @@ def test_what_would_be_another_body_is_refused(
 
 
 _VTK = b"# vtk DataFile Version 4.1\nvtk output\nASCII\nDATASET "
-_GRID = b"""UNSTRUCTURED_GRID
-POINTS 4 double
-0 0 0 1 0 0 0 1 0 0 0 1
-CELLS 1 5
-4 0 1 2 3
-CELL_TYPES 1
-10
-POINT_DATA 4
-SCALARS number vtktypeint64
-LOOKUP_TABLE default
-0 1 2 3
-"""
 
 
 @pytest.mark.parametrize(

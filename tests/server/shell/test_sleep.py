@@ -90,18 +90,3 @@ def test_who_watches_wakes_it_and_sees_tick_after_tick(small_balloon: Balloon) -
         await room.falls_asleep()
 
     during(small_balloon, come)
-
-
-def test_an_object_that_is_frozen_is_looked_after_though_nobody_is_there(
-    small_balloon: Balloon,
-) -> None:
-    async def freeze(room: Watched) -> None:
-        room.server.room.frozen = True
-        made = room.made
-        while room.made < made + 10:
-            await asyncio.sleep(0.01)
-        room.server.clock.origin += 601.0  # s: longer than nobody's freeze lasts
-        await room.falls_asleep()
-        assert not room.server.room.frozen
-
-    during(small_balloon, freeze)

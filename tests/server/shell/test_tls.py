@@ -239,21 +239,6 @@ def test_a_certificate_that_is_wrong_is_told_as_that(
     asyncio.run(run())
 
 
-def test_tls_where_there_is_none_and_none_where_there_is_are_told(
-    small_balloon: Balloon, tmp_path: Path
-) -> None:
-    async def run() -> None:
-        async with any_server(None) as port:
-            with pytest.raises(ServerLost, match="speaks no TLS on this port; try ws://"):
-                await opened(f"wss://127.0.0.1:{port}")
-        async with serving(small_balloon, protection=protected(tmp_path)) as served:
-            with pytest.raises(ServerLost, match="try wss:// if it speaks TLS"):
-                await opened(served.url.replace("wss:", "ws:"))
-            await opened(served.url, write_authority(tmp_path))
-
-    asyncio.run(run())
-
-
 def test_an_old_client_of_tls_is_refused_and_nobody_else_notices(
     small_balloon: Balloon, tmp_path: Path
 ) -> None:

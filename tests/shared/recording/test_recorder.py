@@ -66,15 +66,6 @@ def test_a_part_and_its_archive_are_the_same_recording(
     )
 
 
-def test_a_gap_is_said_and_stands_in_the_file(tmp_path: Path) -> None:
-    made = recorder(tmp_path / "x.npz")
-    made.keep(rows(0, 10))
-    made.keep(rows(510, 520))
-    assert made.finish().endswith("0.5 s, with a gap (0.50 s in all)")
-    with np.load(tmp_path / "x.npz") as file:
-        assert file["gaps"] == pytest.approx(np.array([[row(9).t, row(510).t]]))
-
-
 def test_a_file_that_appeared_meanwhile_is_not_replaced(tmp_path: Path) -> None:
     path = tmp_path / "x.npz"
     made = recorder(path)

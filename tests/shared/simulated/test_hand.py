@@ -88,28 +88,6 @@ def test_absurd_hands_are_refused(make: object) -> None:
 
 # Hands that drag
 
-DRAG = HandScript(angle=0.0, depth=0.02, rhythm=Rhythm(4.0), approach_at=1.0, drag=0.006)
-DRAGGING = DRAG.intention((0.0, 0.0, 0.0), 0.1)
-PRESSED_AT = DRAG.approach_at + 2.0  # half a period after the others have come
-
-
-def test_a_hand_that_drags_presses_once_and_then_goes_out_and_back() -> None:
-    pressed, out = (0.08, 0.0, 0.0), (0.08, 0.006, 0.0)
-    times = {
-        PRESSED_AT - 0.1: (0.11, 0.0, 0.0),
-        PRESSED_AT + 1.0: pressed,
-        PRESSED_AT + 1.9: pressed,
-        PRESSED_AT + 3.0: out,
-        PRESSED_AT + 3.9: out,
-        PRESSED_AT + 5.0: pressed,
-        PRESSED_AT + 7.0: out,
-    }
-    for t, tip in times.items():
-        assert DRAGGING.at(t) == pytest.approx(tip, abs=1e-12)
-        assert DRAGGING.level(t) == (1.0 if tip is out else 0.0)
-    assert DRAGGING.tip(0.0) == pytest.approx(pressed)
-    assert DRAGGING.tip(0.5) == pytest.approx((0.08, 0.003, 0.0))
-
 
 @given(st.floats(-6.28, 6.28), st.floats(-0.02, 0.02))
 def test_a_drag_goes_level_along_the_surface_to_the_hands_right(angle: float, drag: float) -> None:

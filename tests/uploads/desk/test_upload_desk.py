@@ -25,8 +25,7 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_uploads.kept_files import uploads_folder
 from cohaptic_uploads.limits import UploadLimits
-from tests.patience import PATIENCE
-from tests.server.shell.stage import names, serving, visit
+from tests.server.shell.stage import names, visit
 from tests.uploads.desk.stage_of_uploads import (
     LONG,
     begin,
@@ -233,18 +232,6 @@ def test_only_the_own_page_may_bring_a_file(
             refused = contextlib.nullcontext() if may else pytest.raises(InvalidStatus, match="403")
             with refused:
                 async with bring(served.url, named):
-                    pass
-
-    runner.run(happen())
-
-
-def test_a_server_that_does_not_allow_it_takes_none(
-    runner: asyncio.Runner, small_balloon: Balloon
-) -> None:
-    async def happen() -> None:
-        async with serving(small_balloon) as served, asyncio.timeout(PATIENCE):
-            with pytest.raises(InvalidStatus, match="403"):
-                async with bring(served.url):
                     pass
 
     runner.run(happen())

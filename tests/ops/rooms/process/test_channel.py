@@ -6,30 +6,10 @@ import socket
 import pytest
 
 from cohaptic_ops.rooms.process.channel import open_channel
-from cohaptic_ops.rooms.process.reports import LONGEST, Failed, Left, Line, Ready
+from cohaptic_ops.rooms.process.reports import LONGEST, Failed, Line, Ready
 from tests.patience import PATIENCE
 
 pytestmark = pytest.mark.live
-
-
-def test_lines_come_in_order_and_the_end_is_told_once() -> None:
-    async def main() -> None:
-        heard: list[Line] = []
-        ended = asyncio.Event()
-        one, other = socket.socketpair()
-        told = await open_channel(one, heard.append, ended.set)
-        lines: list[Line] = [Ready(), Left(numbers=[1, 2]), Failed(why="no\nway")]
-        back = await open_channel(other, lambda _: None, lambda: None)
-        for line in lines:
-            back.tell(line)
-        back.close()
-        await asyncio.wait_for(ended.wait(), PATIENCE)
-        assert heard == lines
-        assert not told.open
-        told.tell(Ready())  # nobody is there: nothing
-        assert not told.tell_newest(Ready())
-
-    asyncio.run(main())
 
 
 @pytest.mark.parametrize("said", [b"nonsense\n", b"x" * (LONGEST + 1), b'{"kind":"none"}\n'])

@@ -157,39 +157,3 @@ def test_it_never_goes_up_on_its_way(small: RubberBalloon) -> None:
         heights.append(response.energy - sum(one.force * depth(one, response) for one in loads))
     assert np.diff(heights).max() < 1e-12
     assert heights[-1] < heights[0]
-
-
-@pytest.mark.parametrize("body", [RubberBalloon, Balloon])
-def test_with_damping_it_creeps_to_the_same_place(
-    body: type[RubberBalloon] | type[Balloon],
-) -> None:
-    """Eq. (9): stiffer within the tick by 1 + B_o / K_o, the same in the end, as C says."""
-    b = 2.0
-    elastic, viscous = body(SMALL), body(SMALL, damping=b)
-    load = press(elastic, (1, 0, 0), 4.0)
-    end = elastic.respond([load])
-    for _ in range(10):
-        end = elastic.respond([load], end)
-    first = viscous.respond([load])
-    if body is Balloon:
-        assert first.compliance == pytest.approx(end.compliance, rel=1e-9)
-        assert first.displacement == pytest.approx(end.displacement / (1.0 + b), abs=1e-12)
-    response, reached = first, list[float]()
-    for _ in range(100):
-        reached.append(depth(load, response))
-        assert 0.0 <= response.energy <= load.force * reached[-1] + 1e-12
-        response = viscous.respond([load], response)
-    assert (np.diff(reached) > -1e-9).all()
-    assert reached[0] < 0.5 * reached[-1]
-    assert response.displacement == pytest.approx(end.displacement, abs=1e-6)
-
-
-@pytest.mark.parametrize("stretch", [1.05, 1.4, 2.0, 4.0])
-@pytest.mark.parametrize("base", [0.1, 0.9])
-def test_every_balloon_can_be_pressed(stretch: float, base: float) -> None:
-    """Little or much inflated, held by almost half of it or by a few vertices."""
-    body = RubberBalloon(BalloonSettings(subdivisions=2, stretch=stretch, base=base))
-    load = press(body, (1, 0, 0.2), 2.0)
-    response = settled(body, [load])
-    assert 0.001 < depth(load, response) < 0.1
-    assert lost(body, response) < 1e-9

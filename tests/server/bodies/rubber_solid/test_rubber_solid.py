@@ -221,29 +221,3 @@ def test_what_is_inside_out_or_no_number_is_no_state(order: int) -> None:
     for bad in (x * [1.0, 1.0, -1.0], x * [1.0, 1.0, 0.0], np.full_like(x, np.nan)):
         assert rubber.at(np.asarray(bad)) is None
     assert rubber.at(x, 1.0 + 1e-9) is None
-
-
-def test_it_never_goes_up_on_its_way() -> None:
-    """Under loads that stay, the energy of solid and loads falls from tick to tick."""
-    body = small()
-    loads = [press(body, (1, 0, 0.4), 30.0), press(body, (0, 0, 1), 15.0)]
-    response, heights = body.respond([]), list[float]()
-    for _ in range(30):
-        response = body.respond(loads, response)
-        heights.append(response.energy - sum(one.force * depth(one, response) for one in loads))
-    assert np.diff(heights).max() < 1e-12
-    assert heights[-1] < heights[0]
-
-
-def test_with_damping_it_creeps_to_the_same_place() -> None:
-    elastic, viscous = small(), small(damping=2.0)
-    load = press(elastic, (0.2, 0.1, 1), 2.0)
-    end = settled(elastic, [load])
-    response, reached = viscous.respond([load]), list[float]()
-    for _ in range(100):
-        reached.append(depth(load, response))
-        assert 0.0 <= response.energy <= load.force * reached[-1] + 1e-12
-        response = viscous.respond([load], response)
-    assert (np.diff(reached) > -1e-9).all()
-    assert reached[0] < 0.5 * reached[-1]
-    assert response.displacement == pytest.approx(end.displacement, abs=1e-6)

@@ -115,16 +115,6 @@ def test_the_table_is_exact_wherever_a_finger_presses(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_free_vertices_are_never_held_and_held_ones_never_free(name: str) -> None:
-    solid = body(name)
-    free, table = solid.shape.free_index >= 0, solid.vertex_compliance()
-    assert (table[free] > 0.0).all()
-    held = np.flatnonzero(~free)
-    moves = [bool(free[contact(solid, k)[0]].any()) for k in held.tolist()]
-    assert ((table[held] > 0.0) == moves).all()
-
-
-@pytest.mark.parametrize("name", CASES)
 def test_a_contact_between_vertices_is_about_as_soft_as_they_are(name: str) -> None:
     """What a tick takes for C_ii while columns are missing: never half of the truth, below which
     a loop is unstable at a delay (science 3.3)."""

@@ -62,13 +62,6 @@ def of_scan(scan: Path, held: Path, rest: str = "") -> ObjectFile:
     return ObjectFile(scan, labels=("1", "2", "3"), fix_mesh=Path(f"{held}{rest}"))
 
 
-def test_a_surface_of_slicer_fits_a_scan_at_once(scan: Path, tmp_path: Path) -> None:
-    wanted = of_scan(scan, bone(tmp_path / "bone.stl", space="LPS"))
-    found = find_problems(wanted)
-    assert found.remedies == ()
-    assert found.source == wanted
-
-
 @pytest.mark.parametrize("ask", [find_problems, resolve], ids=["told", "auto"])
 @pytest.mark.parametrize("rest", ["", ":m"])
 def test_a_surface_that_may_be_mirrored_is_the_users_choice(

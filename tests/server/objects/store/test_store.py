@@ -62,21 +62,6 @@ def test_the_second_time_it_is_read(made: list[ObjectFile], tmp_path: Path) -> N
     assert len(made) == 1  # the content counts, not the name
 
 
-def test_other_content_or_other_wishes_are_made_anew(
-    made: list[ObjectFile], tmp_path: Path
-) -> None:
-    source = ObjectFile(tmp_path / "a.stl")
-    source.path.write_bytes(b"one")
-    store.load_or_prepare(source)
-    store.load_or_prepare(replace(source, scale=0.5))
-    store.load_or_prepare(replace(source, edge=0.1))
-    store.load_or_prepare(replace(source, repair=True))
-    store.load_or_prepare(replace(source, simplify=500))
-    source.path.write_bytes(b"two")
-    store.load_or_prepare(source)
-    assert len(made) == 6
-
-
 @pytest.mark.parametrize("damage", [b"", b"PK\x03\x04 nonsense", b"\x80\x04pickle"])
 def test_a_damaged_store_is_made_anew(
     made: list[ObjectFile], tmp_path: Path, damage: bytes
@@ -89,17 +74,6 @@ def test_a_damaged_store_is_made_anew(
     store.load_or_prepare(source)
     store.load_or_prepare(source)
     assert len(made) == 2
-
-
-def test_a_store_that_cannot_be_written_changes_nothing(
-    made: list[ObjectFile], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "file").write_text("in the way")
-    monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "file"))
-    source = ObjectFile(tmp_path / "a.stl")
-    source.path.write_bytes(b"one")
-    assert store.load_or_prepare(source).tets.volume == pytest.approx(1e-3)
-    assert len(made) == 1
 
 
 def quietly(phase: str, share: float) -> None:

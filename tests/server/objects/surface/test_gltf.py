@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from cohaptic.errors import BodyError
-from cohaptic_server.objects.parts.nodes import read_surfaces
 from cohaptic_server.objects.surface.gltf import Node, read_nodes
 from cohaptic_server.objects.surface.surface_file import read_surface
 from tests.server.objects.surface.test_as_they_come import cube, is_the_cube
@@ -76,20 +75,6 @@ def one(made: Scene, tmp_path: Path) -> Node:
 
 def test_a_cube_is_a_cube(tmp_path: Path) -> None:
     assert is_the_cube(read_surface(scene().glb(tmp_path / "a.glb")))
-
-
-@pytest.mark.parametrize("mode", [5, 6])
-def test_strips_and_fans_are_triangles_that_face_one_way(mode: int, tmp_path: Path) -> None:
-    made = Scene()
-    ring = [(math.cos(a), math.sin(a), 0.0) for a in np.linspace(0.0, 3.0, 6)]
-    points = [(0.0, 0.0, 0.0), *ring] if mode == 6 else [(i // 2, i % 2, 0.0) for i in range(7)]
-    made.accessor(np.array(points, dtype="<f4"), FLOAT, "VEC3")
-    made.document["meshes"][0]["primitives"] = [{"attributes": {"POSITION": 0}, "mode": mode}]
-    node = one(made, tmp_path)
-    a, b, c = np.moveaxis(node.x[node.faces], 1, 0)
-    up = np.cross(b - a, c - a)[:, 2]
-    assert len(up) == 5
-    assert (np.sign(up) == np.sign(up[0])).all()
 
 
 def test_transforms_are_passed_down_and_a_mirror_keeps_the_outside_outside(tmp_path: Path) -> None:
@@ -194,30 +179,6 @@ def test_no_file_is_read_but_those_beside_it(uri: str, tmp_path: Path) -> None:
     path.write_text(json.dumps(made.document))
     with pytest.raises(BodyError, match=r"not beside it\. Keep both in one folder"):
         read_surface(path)
-
-
-def two_cubes(made: Scene, *, apart: bool) -> None:
-    """A mesh of two primitives: two cubes, or the two halves of one cube's triangles."""
-    x, faces = cube()
-    first, second = (faces, faces) if apart else (faces[:6], faces[6:])
-    moved = made.accessor((x + 0.3 * apart).astype("<f4"), FLOAT, "VEC3")
-    made.document["materials"] = [{"name": "organ"}, {"name": "tumour"}]
-    made.document["meshes"][0]["primitives"] = [
-        {
-            "attributes": {"POSITION": position},
-            "indices": made.accessor(some.ravel().astype("<u4"), UINT, "SCALAR"),
-            "material": material,
-        }
-        for material, (position, some) in enumerate(((0, first), (moved, second)))
-    ]
-
-
-def test_closed_primitives_of_one_mesh_are_parts_named_by_their_materials(tmp_path: Path) -> None:
-    made = scene()
-    two_cubes(made, apart=True)
-    parts = read_surfaces(made.glb(tmp_path / "a.glb"))
-    assert [part.name for part in parts] == ["organ", "tumour"]
-    assert all(is_the_cube((part.x, part.faces)) for part in parts)
 
 
 def test_vertices_that_many_nodes_would_read_again_are_read_once(tmp_path: Path) -> None:

@@ -181,26 +181,6 @@ def test_a_bomb_is_not_unpacked(tmp_path: Path) -> None:
         read_surface(path)
 
 
-def test_a_file_that_is_no_zip_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "a.3mf").write_bytes(b"solid nothing")
-    assert count_triangles(tmp_path / "a.3mf") == 0
-    with pytest.raises(BodyError, match="this is no 3MF"):
-        read_surface(tmp_path / "a.3mf")
-
-
-def test_supports_and_modifiers_are_no_flesh(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    modifier = f'<object id="3" type="other">{MESH}</object>'
-    whole = (
-        f'<object id="2"><components><component objectid="1"/><component objectid="3" {FAR}/>'
-        "</components></object>"
-    )
-    path = write(tmp_path / "a.3mf", ONE + modifier + whole, '<item objectid="2"/>')
-    assert len(read_surface(path)[1]) == count_triangles(path) == 4
-    assert "supports and modifiers of its slicer are left out" in caplog.text
-
-
 NAMED = "http://schemas.microsoft.com/3dmanufacturing/{}"
 
 
