@@ -11,7 +11,7 @@ import pytest
 
 from compiling.sources import units
 
-pytestmark = [pytest.mark.live, pytest.mark.slow]
+pytestmark = pytest.mark.live
 
 ROOT = Path(__file__).parents[2]
 # A kernel in plain Python, so that its calls can be seen, in a process of its own.

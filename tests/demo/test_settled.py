@@ -74,7 +74,6 @@ def test_a_contact_that_becomes_stiffer_than_a_device_does_not_rest(
         assert rests(rubber, placement) == resting
 
 
-@pytest.mark.slow
 def test_hands_press_as_deep_as_they_rest(rubber: RubberSolid, standing: list[Placement]) -> None:
     deep = [replace(placement, depth=0.06) for placement in standing]
     shares: list[float] = []

@@ -11,10 +11,12 @@ from tests.docs.blocks import OTHER_KINDS, ROOT, Block, blocks, why_not
 from tests.docs.player import Player
 
 BLOCKS = list(blocks())
-# Pages that prepare solids for minutes.
-LONG = {"docs/how-to/parts-and-scans.md", "docs/tutorial/your-own-object.md"}
-# It measures for a minute, and beside other live tests for ten.
-MEASURES = {"docs/how-to/measure-latency.md"}
+# Pages that prepare solids or measure for minutes.
+LONG = {
+    "docs/how-to/measure-latency.md",
+    "docs/how-to/parts-and-scans.md",
+    "docs/tutorial/your-own-object.md",
+}
 
 
 def is_played(block: Block) -> bool:
@@ -44,9 +46,7 @@ def test_most_blocks_are_played() -> None:
 
 
 def _tier(page: str) -> pytest.MarkDecorator:
-    if page in LONG:
-        return pytest.mark.night
-    return pytest.mark.alone if page in MEASURES else pytest.mark.live
+    return pytest.mark.night if page in LONG else pytest.mark.live
 
 
 @pytest.mark.parametrize(

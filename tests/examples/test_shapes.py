@@ -16,8 +16,6 @@ from cohaptic_server.objects.volume_file import read_volume
 from cohaptic_server.touchable import SURFACES, VOLUMES
 from shapes.catalogue import MANY
 
-pytestmark = pytest.mark.slow
-
 # What is wrong with a surface: open, with branching edges, crossing itself, in so many pieces.
 FLAWED = {
     "bowl.stl": (True, False, False, 1),

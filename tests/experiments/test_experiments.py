@@ -30,7 +30,6 @@ def outcome(*checks: Check) -> Outcome:
 
 
 # "hands" is run beside the tests of its campaign: one process compiles its kernel for all of them.
-@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in EXPERIMENTS if name != "hands"])
 def test_an_experiment_holds_and_writes_its_outcome(name: str, tmp_path: Path) -> None:
     check_quick_run(name, tmp_path)

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +7,6 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from cohaptic.errors import BodyError
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.numeric import Floats, Ints
@@ -32,14 +30,6 @@ def test_a_picture_shows_soft_and_stiff_and_held(tmp_path: Path) -> None:
     for shown in ((red > green + 0.02) & (blue > green + 0.05), (green > blue + 0.2)):
         assert shown.mean() > 0.005  # violet is soft, green and yellow are stiff
     assert (image > 0.99).all(axis=2).mean() > 0.3
-
-
-def test_without_matplotlib_it_is_said_how_to_get_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(BodyError, match=r"needs matplotlib; install it with: pip install"):
-        draw(tmp_path / "a.png", MESH, 1.0 + HEIGHT, HELD, title="", notes="")
 
 
 def drawn(path: Path, **more: Any) -> npt.NDArray[Any]:

@@ -121,7 +121,7 @@ def resonant(_k: int, tick: int) -> tuple[Vec3, Vec3]:
 ATTACKS: Sequence[Attack] = (alternating, hammering, crushing, leaping, sweeping, resonant)
 
 
-@pytest.mark.parametrize("attackers", [1, 3, 15])
+@pytest.mark.parametrize("attackers", [1, pytest.param(3, marks=pytest.mark.night), 15])
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.__name__)
 def test_nobody_jolts_a_resting_hand(balloon: Balloon, attack: Attack, attackers: int) -> None:
     session, victim = attacked(balloon, attack, attackers)

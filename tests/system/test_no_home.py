@@ -15,7 +15,7 @@ from tests.give_up import give_up
 from tests.patience import PATIENCE
 from tests.server.objects.files import write
 
-pytestmark = [pytest.mark.live, pytest.mark.slow]
+pytestmark = pytest.mark.live
 
 STRANGER = ["unshare", "--user", "--map-user=54321"]  # an account in a namespace of its own
 HELD = ["--edge", "0.25", "--fix", "z < 10%"]

@@ -23,7 +23,9 @@ from cohaptic_server.numeric import Floats
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.world.equilibrium import RestingHand, solve
 
-DELAYS = (0.0, 0.08, 0.25)  # s, one way
+NIGHT = pytest.mark.night
+# s, one way. By day each test plays one of them; each session is played for ten seconds and more.
+DELAYS = (pytest.param(0.0, marks=NIGHT), 0.08, pytest.param(0.25, marks=NIGHT))
 DEPTH = 0.01  # m
 BESIDE = 0.3 * math.pi  # of the third hand, which the first feels well
 STEP = EXTERNAL_RATE * PERIOD  # N
@@ -70,7 +72,7 @@ def weight_of(session: VirtualSession) -> float:
 
 
 @pytest.mark.parametrize("other", [MOVES, TELLS])
-@pytest.mark.parametrize("delay", DELAYS)
+@pytest.mark.parametrize("delay", [0.0, 0.25])
 def test_forces_come_to_the_equilibrium(small_balloon: Balloon, delay: float, other: str) -> None:
     session = two(small_balloon, delay, other)
     session.run(3.5 + 8.0 * delay)
@@ -263,7 +265,11 @@ def attacked(body: Balloon, *, models: bool) -> tuple[VirtualSession, int]:
     return session, session.room.join(hello, session.now)[0].user
 
 
-@pytest.mark.parametrize("changing", [None, 1, 30], ids=["moves", "flickers", "changes"])
+@pytest.mark.parametrize(
+    "changing",
+    [None, pytest.param(1, marks=NIGHT), 30],
+    ids=["moves", "flickers", "changes"],
+)
 @pytest.mark.parametrize("attack", ATTACKS)
 def test_what_others_tell_of_themselves_is_little_felt(
     small_balloon: Balloon, attack: str, changing: int | None
@@ -290,7 +296,9 @@ def test_what_others_tell_of_themselves_is_little_felt(
 
 
 @pytest.mark.parametrize("changing", [None, 1, 1000], ids=["moves", "flickers", "changed once"])
-@pytest.mark.parametrize("distance", [0.085, TOUCHED, 0.0999], ids="{:g} m".format)
+@pytest.mark.parametrize(
+    "distance", [0.085, pytest.param(TOUCHED, marks=NIGHT), 0.0999], ids="{:g} m".format
+)
 def test_who_tells_no_force_is_felt_with_a_newton_at_most(
     small_balloon: Balloon, distance: float, changing: int | None
 ) -> None:

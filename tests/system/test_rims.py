@@ -27,10 +27,10 @@ def soft_block() -> Solid:
     return Solid(mesh, np.asarray(mesh.vertices[:, 2] < 1e-6), settings)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("delay", [0.0, 0.08, 0.25])
-@pytest.mark.parametrize("geometry", ["plane", "mesh"])
-@pytest.mark.parametrize("degrees", [10.0, 30.0])
+@pytest.mark.parametrize(
+    ("degrees", "geometry", "delay"),
+    [(10.0, "mesh", 0.08), (10.0, "plane", 0.25), (30.0, "mesh", 0.25), (30.0, "plane", 0.0)],
+)
 def test_the_force_is_that_of_the_equilibrium_and_rests(
     soft_block: Solid, degrees: float, geometry: GeometryName, delay: float
 ) -> None:

@@ -21,7 +21,6 @@ PRESSED = Place((-0.091048, -0.000172, 0.037771), (0.517845, 0.331317, 0.788711)
 BESIDE = Place((0.001538, 0.033337, 0.078474), (0.065790, -0.378037, -0.923450))
 
 
-@pytest.mark.slow
 def test_two_hands_on_its_softest_part_come_to_rest_behind_a_delay() -> None:
     """250 ms each way; before, forces of 0.73 and 0.52 N swung by 0.3 and 0.5 N for ever."""
     body = kept_rubber("rubber_lobe")

@@ -38,9 +38,15 @@ def soft() -> RubberSolid:
     return ball()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("way", [(-1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (-0.6, 0.64, -0.48)])
-@pytest.mark.parametrize(("young", "most"), [(2e4, 10.0), (2e4, 30.0), (4e3, 30.0)])
+@pytest.mark.parametrize(
+    ("way", "young", "most"),
+    [
+        ((-1.0, 0.0, 0.0), 2e4, 30.0),
+        ((-0.6, 0.64, -0.48), 2e4, 10.0),
+        ((0.0, 0.0, -1.0), 4e3, 30.0),
+        ((-0.6, 0.64, -0.48), 4e3, 30.0),
+    ],
+)
 def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
     young: float, way: Vec3, most: float
 ) -> None:

@@ -13,7 +13,6 @@ def body() -> Balloon:
     return Balloon()
 
 
-@pytest.mark.slow
 def test_a_mesh_patch_keeps_the_force_of_a_sliding_hand_and_a_plane_does_not(
     body: Balloon,
 ) -> None:

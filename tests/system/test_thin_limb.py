@@ -41,7 +41,6 @@ def place(limb: Solid, height: float, angle: float) -> Place:
     return Place(vec3(x[k]), vec3(-limb.mesh.normals[k]))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("delay", "may_swing"), [(0.02, 0), (0.08, 1)])
 def test_both_come_to_rest(limb: Solid, delay: float, may_swing: int) -> None:
     """As they slide off, each turns the other: by the half of the way round, without an end.
@@ -54,7 +53,6 @@ def test_both_come_to_rest(limb: Solid, delay: float, may_swing: int) -> None:
     assert sum(swing > RIPPLE for swing in swings) <= may_swing
 
 
-@pytest.mark.slow
 def test_forces_at_a_long_delay_are_those_without_one(limb: Solid) -> None:
     """One hand 19 mm deep, one 9 mm, a quarter turn apart, each of which turns the other.
 

@@ -30,6 +30,7 @@ def written() -> dict[str, Any]:
     return found
 
 
+@pytest.mark.night
 def test_its_first_rooms_are_those_of_today(written: dict[str, Any]) -> None:
     """Whoever changes a law, a lag or the ensemble makes the table anew: the file says how."""
     for rule, rows in table(0, FEW).items():

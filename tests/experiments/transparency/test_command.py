@@ -17,7 +17,6 @@ def bench(*arguments: str) -> None:
     cohaptic.cli.app.main(["bench", "transparency", *arguments])
 
 
-@pytest.mark.slow
 def test_a_measurement_is_shown_written_and_drawn(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

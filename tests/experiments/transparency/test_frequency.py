@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,9 +12,7 @@ from hypothesis import strategies as st
 from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic_experiments.transparency.frequency import (
     FREQUENCIES,
-    HALF_POWER,
     as_delays,
-    falls_below,
     measure,
     true_responses,
 )
@@ -33,25 +30,11 @@ def test_a_delay_is_found_at_every_frequency(delay: float) -> None:
     assert as_delays(F, np.exp(-2j * np.pi * F * delay)) == pytest.approx(delay, abs=1e-9)
 
 
-@given(st.floats(0.002, 0.5))
-def test_a_first_order_lag_falls_below_at_its_corner(tau: float) -> None:
-    amplitude = np.abs(1.0 / (1.0 + 2j * np.pi * F * tau))
-    corner = 1.0 / (2.0 * math.pi * tau)
-    found = falls_below(F, amplitude, HALF_POWER)
-    if corner < F[0]:
-        assert found == F[0]
-    elif corner > F[-1]:
-        assert found == math.inf
-    else:  # between two frequencies the slope changes
-        assert found == pytest.approx(corner, rel=0.12)
-
-
 @pytest.fixture(scope="module")
 def balloon(small_balloon: Balloon) -> Balloon:
     return small_balloon
 
 
-@pytest.mark.slow
 def test_without_lag_layer_and_delay_the_program_is_transparent(balloon: Balloon) -> None:
     """The program itself against the truth, which shares no code with its rooms and loops."""
     setting = Setting(balloon)

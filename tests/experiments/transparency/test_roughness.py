@@ -33,6 +33,7 @@ def test_a_constant_delay_is_found_and_does_not_vary(steps: int) -> None:
     assert value < 0.01
 
 
+@pytest.mark.night
 def test_jitter_and_late_ticks_are_felt_as_a_delay_alone(balloon: Balloon) -> None:
     """The claim of science 3.16, through the real room, frames and loops (issue figures)."""
     setting = Setting(balloon, link=LinkSettings(0.01, 0.01), late_ticks=0.25)

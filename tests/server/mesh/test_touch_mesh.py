@@ -40,7 +40,6 @@ def handles(mesh: TouchMesh) -> float:
     return 1.0 - 0.5 * (len(mesh.vertices) - 0.5 * len(mesh.faces))
 
 
-@pytest.mark.slow
 @given(distances)
 def test_what_is_left_lies_evenly_and_is_closed(apart: float) -> None:
     mesh = thinned(BALL, apart)
@@ -53,7 +52,6 @@ def test_what_is_left_lies_evenly_and_is_closed(apart: float) -> None:
     assert handles(mesh) == 0.0
 
 
-@pytest.mark.slow
 @given(distances.map(lambda apart: min(apart, 0.015)), st.integers(0, 2**32 - 1))
 def test_a_finger_finds_the_same_ball(apart: float, seed: int) -> None:
     """The client's surface over the fewer vertices, away from where its patch was made."""

@@ -48,7 +48,6 @@ def volume(path: Path, cells: int) -> Path:
 
 
 @pytest.mark.live
-@pytest.mark.slow
 def test_a_surface_gets_a_mesh_that_the_tick_affords(tmp_path: Path) -> None:
     path = torus(tmp_path / "ring.stl")
     body = build_body(str(path), ObjectFile(path, "z < 20%"), nonlinear=True, damping=0.5)
@@ -83,7 +82,6 @@ def test_what_coarse_elements_lose_is_told_of_the_tick_that_fine_ones_take(
 
 
 @pytest.mark.live
-@pytest.mark.slow
 def test_a_plate_below_the_envelope_of_a_large_edge_is_lost_there_and_not_flat(
     tmp_path: Path,
 ) -> None:
@@ -109,7 +107,6 @@ def test_a_leaflet_is_no_lump_of_the_same_volume(tmp_path: Path) -> None:
 
 
 @pytest.mark.live
-@pytest.mark.slow
 def test_more_users_have_a_coarser_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rubber_solid, "cores", lambda: 1)
     source = ObjectFile(write(tmp_path / "ball.stl", *icosphere(3, 0.05)), "z < 20%")

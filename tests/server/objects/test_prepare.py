@@ -36,7 +36,6 @@ def sphere(path: Path, radius: float = 0.05) -> Path:
 
 
 @pytest.mark.live
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["stl", "obj", "ply", "glb", "off"])
 def test_a_surface_of_every_kind_becomes_a_solid(kind: str, tmp_path: Path) -> None:
     path = sphere(tmp_path / f"ball.{kind}")

@@ -13,8 +13,6 @@ from cohaptic_server.mesh.surface import face_area_vectors
 from cohaptic_server.numeric import Floats, Ints
 from cohaptic_server.testing.blocks import half_ball
 
-pytestmark = pytest.mark.slow
-
 A = 0.01  # m, radius of the punch
 FAR = 300 * A  # where the half ball is held: a thousandth of the displacement is lost there
 YOUNG, NU = 1e5, 0.3

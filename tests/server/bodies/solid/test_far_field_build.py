@@ -103,12 +103,11 @@ def exact(solid: Solid, vertices: list[int]) -> Floats:
     return np.asarray((loaded * spsolve(K, loaded)).sum(axis=0))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_the_table_is_exact_wherever_a_finger_presses(name: str) -> None:
     solid = body(name)
     free = np.flatnonzero(solid.shape.free_index >= 0)
-    some = np.random.default_rng(5).permutation(free)[:25].tolist()
+    some = np.random.default_rng(5).permutation(free)[:10].tolist()
     table = solid.vertex_compliance()
     some += [int(table.argmax()), int(free[table[free].argmin()])]
     assert table[some] == pytest.approx(exact(solid, some), rel=1e-6)

@@ -47,7 +47,6 @@ def on_a_thread(path: Path, second: float) -> Path:
 
 
 @pytest.mark.live
-@pytest.mark.slow
 @pytest.mark.parametrize("demand", [None, Demand(2, 60.0, nonlinear=True)], ids=["solid", "rubber"])
 def test_one_of_two_balls_is_not_taken_for_both_unasked(
     tmp_path: Path, demand: Demand | None

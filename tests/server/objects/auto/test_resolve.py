@@ -26,7 +26,6 @@ def bowl(path: Path) -> Path:
 
 
 @pytest.mark.live
-@pytest.mark.slow
 def test_a_bowl_in_millimetres_becomes_a_shell_that_can_be_touched(tmp_path: Path) -> None:
     found = resolve(ObjectFile(bowl(tmp_path / "bowl.stl"), edge=0.1))
     assert found.options.split()[::2][:2] == ["--scale", "--shell"]

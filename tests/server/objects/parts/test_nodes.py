@@ -73,7 +73,6 @@ def test_a_coordinate_that_is_no_number_is_found_in_any_part(tmp_path: Path) -> 
 
 
 @pytest.mark.live
-@pytest.mark.slow
 def test_what_lies_in_an_organ_has_its_own_material(tmp_path: Path) -> None:
     path = scene(tmp_path / "a.glb", {"organ": ball(OUTER), "lump": ball(INNER, (0.01, 0.0, 0.0))})
     source = ObjectFile(path, "z < 20%", edge=0.12, parts=PartMaterials((("lump", 1e5),)))

@@ -54,7 +54,6 @@ def test_a_scan_too_far_away_for_its_numbers_is_refused(scan: Path) -> None:
 
 
 @pytest.mark.live
-@pytest.mark.slow
 def test_labels_become_parts_of_one_solid(scan: Path) -> None:
     pytest.importorskip("pytetwild", reason="pip install 'cohaptic[objects]' fills surfaces")
     source = ObjectFile(
