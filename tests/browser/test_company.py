@@ -12,17 +12,6 @@ from tests.browser.visitor import SMALL, Look, Visitor
 pytestmark = pytest.mark.live
 
 PEOPLE = Look(SMALL.width, SMALL.height, engineer=False)
-# The page itself notes whose marks it shows: one is gone after five seconds, in which a busy
-# machine may not come to look.
-_NOTES_MARKS = """() => {
-  window.marksSeen = new Set();
-  const look = () => {
-    for (const mark of document.querySelectorAll(".label.mark"))
-      if (mark.checkVisibility({ visibilityProperty: true })) marksSeen.add(mark.innerText);
-    requestAnimationFrame(look);
-  };
-  look();
-}"""
 
 
 def follow(visitor: Visitor, name: str) -> None:
@@ -31,11 +20,6 @@ def follow(visitor: Visitor, name: str) -> None:
     visitor.until(button.is_visible, f"a view of {name} to follow")
     button.click()
     visitor.until(lambda: visitor.text(".pill-words") == f"You see what {name} sees.", "it")
-
-
-def marks_seen(visitor: Visitor) -> list[str]:
-    """Whose marks were seen since `_NOTES_MARKS` began."""
-    return list(visitor.page.evaluate("[...marksSeen]"))
 
 
 def apart(one: Visitor, other: Visitor) -> float:
@@ -83,33 +67,3 @@ def test_a_view_is_followed_until_it_is_turned_and_may_be_refused(
     ann.leave()
     bob.until(lambda: bob.text(".for-ears") == "ann has left.", "word that ann has left")
     bob.until(lambda: not bob.text(".pill-words").startswith("You see"), "the view to be bob's own")
-
-
-def test_everybody_sees_and_hears_who_points(visitors: Open, room: Room) -> None:
-    ann, bob = visitors(PEOPLE), visitors(PEOPLE)
-    ann.visit(room.address)
-    ann.take_part("ann")
-    bob.visit(f"{room.address}?name=bob")
-    bob.until(lambda: bob.page.locator(".company-point").is_visible(), "the button")
-    bob.page.click(".company-point")
-    bob.until(lambda: bob.text(".pill-words") == "Press where you want to point.", "the line")
-    for visitor in (ann, bob):
-        visitor.page.evaluate(_NOTES_MARKS)
-    bob.press()
-    bob.release()
-    bob.until(lambda: marks_seen(ann) == marks_seen(bob) == ["bob (watching)"], "the mark")
-    # To point is not to touch: there is the card of ann alone.
-    assert bob.page.locator(".card:not(.area-card)").count() == 1
-    ears = ann.page.locator(".for-ears")
-    ann.until(lambda: ears.text_content() == "bob (watching) points at the object.", "the words")
-    ann.until(lambda: ann.text(".label.mark") == "", "the mark to go")
-
-    at = ann.press()
-    ann.release()
-
-    def twice() -> bool:
-        # At once: two that are more than 350 ms apart do not belong together.
-        ann.page.mouse.dblclick(*at)
-        return "ann" in marks_seen(bob)
-
-    bob.until(twice, "the mark of two presses")

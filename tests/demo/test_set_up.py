@@ -15,41 +15,9 @@ from cohaptic_server.objects.inertia.inertia import Inertia
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.option import parse_values
 from cohaptic_server.objects.parts.materials import PartMaterials
-from cohaptic_server.testing.blocks import block
 from cohaptic_tools.demo.felt import PairForces
-from cohaptic_tools.demo.processes import placement_options
-from cohaptic_tools.demo.scene import Scene
-from cohaptic_tools.demo.set_up import describe_placement, serve_options, set_up
+from cohaptic_tools.demo.set_up import describe_placement, serve_options
 from cohaptic_tools.demo.settled import Placement
-
-meshio: Any = pytest.importorskip("meshio", reason="pip install 'cohaptic[objects]' reads volumes")
-
-
-def silent(phase: str, share: float) -> None:
-    """Nobody watches."""
-
-
-def test_hands_are_put_on_an_object_and_it_is_said_what_they_feel(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path / "store"))
-    mesh, path = block((0.06, 0.06, 0.14), (6, 6, 12)), tmp_path / "tower.vtk"
-    meshio.Mesh(mesh.vertices + np.array((12.0, 0.0, 0.0)), [("tetra", mesh.tets)]).write(path)
-    material = SolidSettings(order=1, contact_radius=0.012)
-    wanted = ObjectFile(path, "z < 5%", material=material)
-    body, scene, words = set_up(Scene(3), str(path), wanted, nonlinear=False, progress=silent)
-    assert len(scene.places) == 3
-    # A client is told a place in the frame of the object's file.
-    assert scene.origin == body.mesh.origin == pytest.approx((12.0, 0.0, 0.07))
-    options = placement_options(scene.script(0), scene.origin)
-    at = [float(word) for word in options[1:4]]
-    assert options[0] == "--at"
-    assert at == pytest.approx(np.add(scene.places[0].point, scene.origin))
-    assert scene.depth < Scene().depth
-    assert words.startswith("left presses up to ")
-    assert words.count("C_ij/C_ii") == 2
-    for name in ("right is ", "user3 is "):
-        assert name in words
 
 
 @pytest.mark.parametrize(

@@ -46,19 +46,3 @@ def test_it_tells_whose_device_the_lag_is_for(
     told = Gatherer(server).gather()
     assert told.lag > 0.01
     assert {user.name: user.sets_lag for user in told.users if user.sets_lag} == expected
-
-
-def test_it_tells_whose_loop_the_lag_is_for(small_balloon: Balloon) -> None:
-    """Where nothing is anticipated, a strongly coupled room waits for its slowest loop."""
-    server, session = CohapticServer(small_balloon, ServerSettings()), VirtualSession(small_balloon)
-    session.room = server.room
-    for i, name in enumerate(("quick", "slow", "other", "paper")):
-        session.join(
-            name,
-            HandScript(0.2 * i, depth=0.012, approach_at=1.2),
-            law=Law.PROPORTIONAL if name == "paper" else Law.PREDICTIVE,
-            delay=0.3 if name == "slow" else 0.0,
-        )
-    session.run(4.0)
-    told = Gatherer(server).gather()
-    assert {user.name: user.sets_lag for user in told.users if user.sets_lag} == {"slow": "delay"}

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.bodies.body import Load, LoadArrays, Loads
+from cohaptic_server.bodies.body import Load, LoadArrays
 from cohaptic_server.bodies.superposition import seen_by, superpose
 from cohaptic_server.numeric import Floats, Narrow
 
@@ -45,22 +45,3 @@ def test_a_field_is_c_times_the_load_and_a_contact_sees_its_mean(sizes: list[int
     F = np.array([nodal(load) for load in on]).reshape(len(on), 3 * N)
     assert fields == pytest.approx(F @ C.astype(np.float64), rel=1e-12, abs=1e-12)
     assert seen == pytest.approx(F @ C.astype(np.float64) @ F.T, rel=1e-12, abs=1e-12)
-
-
-def test_arrays_become_the_same_loads_and_those_of_one_contact_share_their_places() -> None:
-    on = loads([2, 3])
-    once = LoadArrays.of(on)
-    starts, ends = np.repeat(once.starts, 2), np.repeat(once.ends, 2)
-    directions, forces = np.random.default_rng(2).random((4, 3)), np.arange(4.0)
-    arrays = LoadArrays(starts, ends, once.vertices, once.weights, directions, forces)
-    found = Loads(arrays)
-    assert LoadArrays.of(found) is arrays
-    assert len(found) == 4
-    for i, load in enumerate(found):
-        assert (load.vertices == on[i // 2].vertices).all()
-        assert (load.weights == on[i // 2].weights).all()
-        assert (load.direction == directions[i]).all()
-        assert load.force == i
-    assert found[0].vertices is found[1].vertices
-    assert found[0].weights is found[1].weights
-    assert found[2:] == [found[2], found[3]]

@@ -7,62 +7,15 @@ import socket
 import subprocess
 import sys
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
-from cohaptic.cli.app import main
 from tests.patience import PATIENCE
 
 pytestmark = pytest.mark.live
 
 SERVE = [sys.executable, "-m", "cohaptic", "serve"]
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        (
-            ["--simulation-hz", "5"],
-            "cohaptic: simulation rate is 5.0 Hz; it must be from 10 to 200 Hz\n",
-        ),
-        (["--port", "70000"], "cohaptic: port is 70000; it must be from 0 to 65535\n"),
-        (
-            ["--base-path", "lab/r"],
-            "cohaptic: --base-path is 'lab/r'; it must be a path of letters, digits and '._~-',"
-            " none of its parts 'r' or with a dot in front: /haptics; at most 200 characters\n",
-        ),
-        (["--max-users", "0"], "cohaptic: max_users is 0; it must be from 1 to 64\n"),
-        (
-            ["--users", "20"],
-            "cohaptic: --users is 20; it must be at most --max-users, 16\n",
-        ),
-        (
-            ["--users", "9", "--hz", "200", "--body", "never_read.stl"],
-            "cohaptic: --users is 9; it must be at most 4 at 200 Hz: even the coarsest mesh would"
-            " take about 6 ms in each tick, and there are 3.3 ms\n",
-        ),
-        (
-            ["--body", "spring", "--nonlinear"],
-            "cohaptic: body with --nonlinear is 'spring'; it must be one of: balloon, or a file\n",
-        ),
-    ],
-)
-def test_a_setting_out_of_range_is_one_sentence(
-    arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as end:
-        main(["serve", *arguments])
-    assert end.value.code == 2
-    assert capsys.readouterr() == ("", sentence)
-
-
-def test_a_file_that_is_no_object_is_one_sentence(tmp_path: Path) -> None:
-    path = tmp_path / "liver.stl"
-    path.write_bytes(b"")
-    done = refused("--port", "0", "--body", str(path), "--fix", "z < 10%")
-    assert done.stderr == f"cohaptic: {path}: the file is empty\n"
 
 
 def test_a_port_in_use_is_one_sentence_with_a_way_out() -> None:

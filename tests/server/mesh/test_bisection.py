@@ -66,19 +66,6 @@ def _sides(face: tuple[int, ...]) -> list[tuple[int, int]]:
     return [(a, b), (b, c), (a, c)]
 
 
-@given(seeds)
-@settings(max_examples=examples(10), deadline=None)
-def test_elements_keep_a_share_of_their_quality(seed: int) -> None:
-    def quality(mesh: TetMesh) -> float:
-        cubes = longest_edges(mesh) ** 3
-        return float((volumes(mesh.vertices, mesh.tets) / cubes).min())
-
-    mesh = shaken(seed)
-    fine = with_shorter_edges(mesh, even(mesh, 0.009), NO_LIMIT)
-    # Of 150 meshes the least was 0.49.
-    assert quality(fine.tets) > 0.2 * quality(mesh)
-
-
 @given(seeds, st.integers(60, 3000))
 @settings(max_examples=examples(20), deadline=None)
 def test_there_are_never_more_than_there_may_be(seed: int, most: int) -> None:

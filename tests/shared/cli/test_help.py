@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from functools import cache
 from typing import Any
@@ -43,18 +42,3 @@ def test_the_first_screen_has_what_most_people_need(path: tuple[str, ...]) -> No
     assert max(map(len, lines)) <= WIDTH
     ends = lines.index("", lines.index("Options:"))
     assert ends <= SCREEN
-
-
-@pytest.mark.parametrize("path", ALL, ids=" ".join)
-def test_units_and_defaults_are_shown_in_words_of_people(path: tuple[str, ...]) -> None:
-    text = " ".join(help_of(path).split())
-    for param in ALL[path].params:
-        if getattr(param, "hidden", False):
-            continue
-        told = getattr(param, "help", None) or ""
-        for unit in re.findall(r"\[[^\]]*\]", told):
-            assert unit in text
-        if (name := re.search(r"-(mm|ms|s|hz)$", param.opts[0])) is not None:
-            unit = "Hz" if name[1] == "hz" else name[1]
-            assert f"[{unit}]" in told
-    assert not re.search(r"<bool>|<list\[|\[default: \(|\d\.\d{6}", text)

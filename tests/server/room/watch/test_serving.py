@@ -17,16 +17,11 @@ from websockets.exceptions import InvalidStatus
 from websockets.typing import Origin
 
 from cohaptic.errors import CloseCode
-from cohaptic.protocol.ack import Ack
-from cohaptic.protocol.messages import Error, encode_control
-from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.protocol.messages import encode_control
 from cohaptic.protocol.watch_messages import (
-    SetLatency,
     SetView,
 )
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.bodies.green import decode_block, green_source
-from cohaptic_server.http.routes import FOLDER
 from cohaptic_server.room.watch.watcher import DROPPED_AFTER, IN_FLIGHT, SLOW_AFTER
 from tests.patience import PATIENCE
 from tests.server.room.watch.pages import pressing, watching
@@ -68,34 +63,6 @@ def test_who_watches_gets_the_mesh_then_the_scene_at_once_then_what_moves(
                     await late.scene()
                     assert (await late.scene()).surface is not None
                     assert late.watching.users[0].name == "ann"
-
-    asyncio.run(play())
-
-
-@pytest.mark.parametrize(
-    ("said", "words"),
-    [
-        (Ack(4_000_000_000).encode(), "tick of an ack is 4000000000"),
-        (bytes([PROTOCOL_VERSION, 1, 0, 0]), "frame kind is 1; expected 5"),
-        (encode_control(SetLatency(user=1, delay=0.1)), "--allow-latency"),
-    ],
-)
-def test_a_mistake_ends_the_connection_that_made_it(
-    small_balloon: Balloon, said: str | bytes, words: str
-) -> None:
-    async def play() -> None:
-        async with (
-            serving(small_balloon) as served,
-            watching(served.url) as good,
-            watching(served.url) as bad,
-        ):
-            await bad.ws.send(said)
-            code, reason = await bad.end()
-            assert code == CloseCode.BAD_MESSAGE.value
-            assert words in reason
-            assert isinstance(bad.news[-1], Error)
-            async with pressing(served):
-                assert (await good.scene()).tick > 0
 
     asyncio.run(play())
 
@@ -158,34 +125,6 @@ def get(url: str, path: str, method: str = "GET") -> tuple[int, dict[str, str], 
         return response.status, dict(response.getheaders()), response.read()
     finally:
         connection.close()
-
-
-def test_the_port_serves_pages_blocks_and_health_too(small_balloon: Balloon) -> None:
-    source = green_source(small_balloon)
-    assert source is not None
-
-    async def play() -> None:
-        async with serving(small_balloon) as served, watching(served.url, "forces") as page:
-            model = page.watching.model
-            assert model is not None
-            status, headers, body = await asyncio.to_thread(
-                get, served.url, f"/v1/models/{model}/green/7"
-            )
-            assert status == 200
-            assert "immutable" in headers["Cache-Control"]
-            want = source.green(7)
-            assert np.abs(decode_block(body) - want).max() <= 1e-4 * np.abs(want).max()
-            status, headers, body = await asyncio.to_thread(get, served.url, "/healthz")
-            assert (status, body) == (200, b"ok\n")
-            assert headers["Content-Security-Policy"].startswith("default-src 'none'")
-            status, _, body = await asyncio.to_thread(get, served.url, "/", "HEAD")
-            assert (status, body) == (200, b"")
-            status, _, body = await asyncio.to_thread(get, served.url, "/../pyproject.toml")
-            assert status == 404
-            status, _, body = await asyncio.to_thread(get, served.url, "/")
-            assert (b"make page" in body) == (not (FOLDER / "index.html").exists())
-
-    asyncio.run(play())
 
 
 @pytest.mark.parametrize(
