@@ -30,10 +30,6 @@ def advised(found: list[Finding]) -> set[str]:
     return {finding.subject for finding in found if finding.advice}
 
 
-def test_a_machine_that_has_all_of_it_gets_no_advice() -> None:
-    assert advised(of_measurement(GOOD)) == set()
-
-
 @pytest.mark.parametrize(
     ("key", "value", "subject"),
     [

@@ -55,15 +55,6 @@ def test_absurd_settings_are_refused_before_anything_starts(
     assert words in str(caught.value)
 
 
-def test_a_clutch_on_the_button_that_the_hand_holds_is_refused() -> None:
-    choice = DeviceChoice("touch", (("clutch", "1"),))
-    with pytest.raises(SettingError, match=r"touch:clutch is 1; .* give --no-dead-man"):
-        settings(device=choice)
-    settings(device=choice, dead_man=False)
-    settings(device=DeviceChoice("touch", (("clutch", "2"),)))
-    settings(device=DeviceChoice("haply", (("clutch", "1"),)))  # without a switch
-
-
 @given(st.text(max_size=40), st.floats())
 def test_what_is_accepted_can_be_said_to_a_server(name: str, max_force: float) -> None:
     try:

@@ -48,22 +48,6 @@ def read(monitor: Monitor, now: float, *states: str, fault: str = "") -> None:
     monitor.read(statuses, now)
 
 
-def test_the_duration_counts_from_when_all_are_engaged() -> None:
-    monitor = Monitor(Scene(duration=5.0), 100.0)
-    read(monitor, 101.0, "touching", "connecting", fault="not engaged yet")
-    assert (monitor.since, monitor.faults) == (None, {})
-    read(monitor, 103.0, "touching", "free")
-    read(monitor, 104.0, "touching", "free", fault="the hand moved")
-    assert monitor.since == 103.0
-    assert not monitor.is_over(107.9)
-    assert monitor.is_over(108.0)
-    assert monitor.faults == {"right": {"the hand moved"}}
-    console = Console(width=100)
-    with console.capture() as capture:
-        console.print(monitor.picture(104.0, 100))
-    assert "1 of 5 s" in " ".join(capture.get().split())
-
-
 def test_a_client_that_ends_or_does_not_come_ends_the_demonstration() -> None:
     with pytest.raises(DemoFailed, match="right is gone: no server"):
         read(Monitor(Scene(), 0.0), 1.0, "free", "gone: no server")

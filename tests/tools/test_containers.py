@@ -11,20 +11,6 @@ import container_store
 from container_store import Failed, Store
 
 
-def test_all_that_podman_keeps_is_kept_in_the_folder(tmp_path: Path) -> None:
-    store = Store(tmp_path / "store")
-    assert not store.is_open
-    settings = store.settings("runc")
-    for name, variable in (
-        ("containers.conf", "CONTAINERS_CONF"),
-        ("storage.conf", "CONTAINERS_STORAGE_CONF"),
-    ):
-        assert store.environment[variable] == str(store.folder / name)
-        paths = [line.split('"')[1] for line in settings[name].splitlines() if ' = "/' in line]
-        assert len(paths) > 1
-        assert all(Path(path).parent == store.folder for path in paths)
-
-
 def test_containers_of_other_people_are_not_removed(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

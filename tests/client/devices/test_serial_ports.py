@@ -8,8 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from cohaptic.errors import DeviceError
-from cohaptic_client.devices.serial_ports import NeverWaiting, open_port
+from cohaptic_client.devices.serial_ports import NeverWaiting
 
 if sys.platform == "win32":
     pytest.skip("ports have no file numbers there", allow_module_level=True)
@@ -42,17 +41,3 @@ def test_a_command_that_was_cut_off_is_ended_before_the_next(
         port.write(b"[1,2,3]\n")
     monkeypatch.undo()
     assert b"".join(sent) == b"[1,\n[1,2,3]\n[1,2,3]\n"
-
-
-def test_a_port_that_may_not_be_opened_is_told_with_the_rule_that_helps(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def refused(path: str, *_: object, **__: object) -> None:
-        """In the words of pyserial."""
-        raise OSError(13, f"could not open port {path}: [Errno 13] Permission denied: '{path}'")
-
-    monkeypatch.setattr("serial.Serial", refused)
-    with pytest.raises(DeviceError) as caught:
-        open_port("oneaxis", "/dev/ttyUSB0", "1a86")
-    rule = 'SUBSYSTEM=="tty", ATTRS{idVendor}=="1a86", TAG+="uaccess"'
-    assert "/dev/ttyUSB0 may not be opened; put the line " + rule in str(caught.value)

@@ -17,8 +17,6 @@ from cohaptic_client.loop.passivity import Passivity
 from tests.client.loop.staged import DEPTH, Stage, honest
 from tests.client.plane import STIFFNESS
 
-PRESSED = STIFFNESS * DEPTH  # N
-
 
 def last(stage: Stage) -> Why:
     """The answer for the last period, whose entries are the force."""
@@ -29,25 +27,6 @@ def last(stage: Stage) -> Why:
 
 def entry(found: Why, name: str) -> float:
     return next(each.newtons for each in found.entries if each.name == name)
-
-
-def test_a_hand_at_rest_is_held_back_by_nobody() -> None:
-    stage = Stage()
-    stage.press()
-    found = last(stage)
-    assert found.sentence == (
-        f"The hand was given {PRESSED:.2f} N: {PRESSED:.2f} N by the surface."
-    )
-
-
-def test_a_silent_server() -> None:
-    stage = Stage()
-    stage.press()
-    stage.server = None
-    stage.rest(0.2)
-    found = last(stage)
-    assert entry(found, "fade") < -0.5
-    assert "the server has been silent for 0.2" in found.sentence
 
 
 def test_a_models_answer() -> None:

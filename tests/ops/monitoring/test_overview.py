@@ -13,8 +13,8 @@ from rich.console import Console
 from cohaptic_ops.monitoring.admin_process import status
 from cohaptic_ops.monitoring.known import Known
 from cohaptic_ops.monitoring.metrics import RoomHealth
-from cohaptic_ops.monitoring.overview import Status, overview, since_then
-from tests.ops.monitoring.some import cluster, health, room, ticking, times, user
+from cohaptic_ops.monitoring.overview import Status, overview
+from tests.ops.monitoring.some import health, room, ticking, times, user
 
 
 def of(known: Known, now: float = 1.0) -> Status:
@@ -89,23 +89,3 @@ def test_a_sentence_tells_why_there_are_no_models(off: str, by: str, why: str) -
 def test_brackets_in_a_name_are_brackets() -> None:
     text = "\n".join(drawn(of(ticking(room(users=(user(name="[red]ada[/]"),)))), 80))
     assert "[red]ada[/]" in text
-
-
-def test_what_is_counted_is_counted_since_the_earlier_reading() -> None:
-    before = of(ticking(room(ticks=1000, missed=900, cost=times(*[0.2] * 50))))
-    told = of(ticking(room(ticks=1100, missed=900, cost=times(*[0.2] * 50, *[0.004] * 9))))
-    row = next(line for line in drawn(told, 80, before) if line.startswith("main"))
-    assert "0.0 %" in row
-    assert "4.0" in row
-    # Of a process that was started again nothing is taken off.
-    assert since_then(before.rooms[0].metrics, told.rooms[0].metrics) == before.rooms[0].metrics
-
-
-@pytest.mark.parametrize("width", [80, 120])
-def test_a_machine_of_a_cluster_says_who_answers_and_what_it_has(width: int) -> None:
-    known = ticking(BUSY)
-    known.take(health(RoomHealth(name="main", state="open"), cluster=cluster()), 1.0)
-    told = " ".join(line.strip() for line in drawn(of(known), width))
-    assert "10.0.0.2:8764: 3 of 3 witnesses answer, 4 rooms here" in told
-    assert "decides where rooms are wanted" in told
-    assert max(map(len, drawn(of(known), width))) <= width

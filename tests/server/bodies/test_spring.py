@@ -38,18 +38,6 @@ def test_it_moves_as_eq_9_says(k_o: float, b_o: float, forces: list[float]) -> N
         assert np.ptp(response.displacement, axis=0).max() == 0.0
 
 
-@given(st.lists(st.floats(0.0, 20.0), min_size=1, max_size=30), st.floats(0.0, 300.0))
-def test_the_hands_do_at_least_the_work_that_is_stored(forces: list[float], b_o: float) -> None:
-    body = Spring(SpringSettings(b_o=b_o))
-    work, last, response = 0.0, 0.0, None
-    for force in forces:
-        response = body.respond([press(body, 0.0, 0.0, force)], response)
-        # The force of a tick acts over the whole way that it makes.
-        work += force * (depth(response) - last)
-        last = depth(response)
-        assert response.energy <= work + 1e-12
-
-
 @pytest.mark.parametrize("change", [{"k_o": 0.0}, {"b_o": -1.0}, {"side": 0.0}, {"cells": 0}])
 def test_absurd_springs_are_refused(change: dict[str, Any]) -> None:
     with pytest.raises(SettingError, match="spring"):

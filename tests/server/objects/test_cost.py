@@ -10,7 +10,6 @@ from cohaptic_server.objects.cost import (
     TooCostlyError,
     check_memory,
     edge_that_fits,
-    growth_between,
 )
 
 pytestmark = pytest.mark.live
@@ -27,18 +26,6 @@ def test_a_longer_edge_fits_and_no_shorter_one_is_proposed(
         left = (needed - program) * (edge / found) ** growth
         assert left <= max(memory - program, needed - program)
         assert needed <= memory or left <= memory - program
-
-
-@given(st.floats(0.005, 0.2), st.floats(1.01, 2.0), st.floats(1e9, 1e11), st.floats(1.0, 4.0))
-def test_the_growth_of_two_meshes_says_the_memory_of_a_third(
-    edge: float, factor: float, needed: float, growth: float
-) -> None:
-    program = cost._PROGRAM  # pyright: ignore[reportPrivateUsage]
-    less = program + (needed - program) / factor**growth
-    found = growth_between(edge, needed, factor * edge, less)
-    assert found == pytest.approx(growth, rel=1e-6)
-    # Meshes of fTetWild are not nested: a coarser one may take as much, and the next edge is long.
-    assert growth_between(edge, needed, factor * edge, 2.0 * needed) == 1.0
 
 
 def test_what_takes_too_much_says_every_way_out() -> None:

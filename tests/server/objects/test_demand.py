@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.errors import SettingError
-from cohaptic_server.bodies.rubber_solid.rubber_solid import tick_seconds
 from cohaptic_server.objects.cost import MAX_HZ, MAX_USERS, MIN_HZ, Demand
 
 USERS, HZ = st.integers(1, MAX_USERS), st.floats(MIN_HZ, MAX_HZ)
@@ -21,13 +20,6 @@ def test_what_more_users_or_a_higher_rate_afford_fewer_and_a_lower_one_do(
     hard = Demand(min(MAX_USERS, users + more), min(MAX_HZ, hz + faster), nonlinear)
     easy = Demand(users, hz, nonlinear)
     assert easy.affords(min(nodes, fewer)) or not hard.affords(nodes)
-
-
-@given(HZ, NODES)
-def test_without_users_a_nonlinear_solid_has_the_mesh_that_its_period_affords(
-    hz: float, nodes: int
-) -> None:
-    assert Demand(hz=hz, nonlinear=True).affords(nodes) == (tick_seconds(nodes) <= 1.0 / hz)
 
 
 @given(USERS, HZ, st.booleans())

@@ -20,16 +20,6 @@ LINES = [
 ]
 
 
-def test_a_run_goes_forward_with_each_of_its_steps() -> None:
-    log = FillLog()
-    shares = [log.read(line) for line in LINES]
-    assert shares == sorted(shares)
-    assert (shares[0], shares[1], log.passes) == (0.0, 0.09, 4)
-    passes = shares[6:-3]
-    assert len(set(passes)) == len(passes)
-    assert 0.9 < shares[-3] <= shares[-1] < 1.0
-
-
 @given(st.lists(st.sampled_from([*LINES, "", "success = 3(8355)", "nonsense"]), max_size=400))
 def test_whatever_it_prints_the_share_never_falls_and_never_ends_before_the_end(
     lines: list[str],

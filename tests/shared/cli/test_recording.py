@@ -52,18 +52,3 @@ def test_finishing_replaces_nothing_unless_it_is_wished(
     assert (tmp_path / "x.npz").read_bytes() == b"an earlier one"
     assert run(capsys, "--finish", str(part), "--overwrite")[0] == 0
     assert run(capsys, str(tmp_path / "x.npz"))[1].startswith("ann: 0.4 s")
-
-
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [("no.npz.part", "cannot be opened"), ("x.txt", "that ends with .part"), ("text.npz.part", "")],
-)
-def test_what_cannot_be_finished_is_a_sentence(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, words: str
-) -> None:
-    (tmp_path / "text.npz.part").write_text("not a recording")
-    code, told = run(capsys, "--finish", str(tmp_path / name))
-    assert code == 2
-    assert words in told
-    assert (tmp_path / "text.npz.part").read_text() == "not a recording"
-    assert [path.name for path in tmp_path.iterdir()] == ["text.npz.part"]

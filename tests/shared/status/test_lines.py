@@ -1,10 +1,5 @@
 from __future__ import annotations
 
-from itertools import pairwise
-
-from hypothesis import given
-from hypothesis import strategies as st
-
 from cohaptic.status.report import TouchStatus
 from cohaptic.status.table import Summary, status_line
 
@@ -20,17 +15,6 @@ def test_a_line_has_force_depth_and_stiffness_while_the_hand_touches() -> None:
     assert status_line(TouchStatus(name="ann", state="free")) == "ann: free"
     fault = TouchStatus(name="ann", state="fault", fault="too fast")
     assert status_line(fault) == "ann: fault, force off: too fast"
-
-
-@given(st.lists(st.booleans(), max_size=40))
-def test_nobody_touches_for_longer_than_it_was_there(touches: list[bool]) -> None:
-    summary = Summary(0.0)
-    summary.read(TOUCHING.model_copy(update={"state": "free"}), 0.0)
-    for k, touch in enumerate(touches, 1):
-        state = "touching" if touch else "free"
-        summary.read(TouchStatus(name="ann", state=state), float(k))
-    expected = sum(a and b for a, b in pairwise(touches))
-    assert f"touched for {expected} of {len(touches)} s" in summary.line(float(len(touches)))
 
 
 def test_who_was_never_in_has_no_summary_and_who_was_stopped_touched_nothing() -> None:

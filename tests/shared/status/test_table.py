@@ -5,9 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from cohaptic.status.report import AS_STIFF, TouchStatus
+from cohaptic.status.report import TouchStatus
 from cohaptic.status.table import (
-    LEAST_WAVERS,
     status_notes,
     status_table,
     status_view,
@@ -49,12 +48,6 @@ def test_nothing_is_cut_off_at_any_width(
         assert always in text
 
 
-@given(st.integers(20, 220))
-def test_columns_only_come_as_it_becomes_wider(width: int) -> None:
-    narrow, wide = status_table([WELL], width=width), status_table([WELL], width=width + 1)
-    assert {c.header for c in narrow.columns} <= {c.header for c in wide.columns}
-
-
 @given(
     st.integers(60, 200),
     st.floats(0.0, 99.0),
@@ -79,25 +72,6 @@ def test_a_device_softer_than_the_object_is_told_at_every_width(width: int) -> N
     assert "ann: device" not in text
     if "K_o" in text:
         assert text.count("2,000 of 5,000 N/m") == 2
-
-
-@given(st.floats(0.0, 1.0))
-def test_what_a_wavering_link_costs_is_told_from_where_it_is_more_than_scheduling(
-    wavers: float,
-) -> None:
-    told = status_notes([WELL.model_copy(update={"wavers": wavers})])
-    late = f"{WELL.name}: the link wavers: others are felt {1e3 * wavers:.0f} ms later"
-    assert told == ([late] if wavers >= LEAST_WAVERS else [])
-
-
-@given(st.floats(1.0, 1e6), st.floats(0.0, 1e6), st.sampled_from(["predictive", "pi", ""]))
-def test_only_a_hand_that_should_feel_the_object_is_told_that_it_does_not(
-    k_o: float, renders: float, law: str
-) -> None:
-    user = WELL.model_copy(update={"k_o": k_o, "max_stiffness": renders, "law": law})
-    softer = law == "predictive" and 0.0 < renders < AS_STIFF * k_o
-    assert user.soft == softer
-    assert bool(status_notes([user])) == softer
 
 
 def test_a_force_above_the_limit_of_a_hand_and_a_fault_are_told() -> None:

@@ -9,15 +9,9 @@ import pytest
 
 from cohaptic.errors import BodyError
 from cohaptic_server.objects.scan import read
-from cohaptic_server.objects.scan.read import is_scan, read_scan
+from cohaptic_server.objects.scan.read import read_scan
 from cohaptic_server.touchable import SCANS
 from shapes.phantom import nifti
-
-
-@pytest.mark.parametrize("name", ["a.nii", "a.nii.gz", "A.NII.GZ", "a.nrrd"])
-def test_a_scan_is_known_by_its_name(name: str) -> None:
-    assert is_scan(Path(name))
-    assert not is_scan(Path(f"{name}.stl"))
 
 
 @pytest.mark.parametrize("name", ["a.nii.gz", "a.nrrd"])

@@ -10,10 +10,8 @@ import pytest
 from cohaptic_server.objects.store import cache
 from cohaptic_server.objects.store.cache import (
     UnkeptError,
-    cache_limit,
     entry_path,
     load_entry,
-    make_room,
     save_entry,
 )
 from cohaptic_server.objects.store.store import Checkpoint
@@ -89,10 +87,3 @@ def test_the_least_recently_used_entry_is_deleted_first(
     assert load_entry(paths[0], "thing") is not None  # used now
     save_entry(paths[3], "thing", ARRAYS)
     assert [path.exists() for path in paths] == [True, False, True, True]
-
-
-def test_files_that_a_killed_process_left_half_written_are_deleted_too(folder: Path) -> None:
-    save_entry(entry_path(b"one"), "thing", ARRAYS)
-    (folder / "tmpabc.part").write_bytes(bytes(100))
-    make_room(folder, int(cache_limit()))
-    assert list(folder.iterdir()) == []
