@@ -51,8 +51,8 @@ from page_start import opened, touch
 from trend import Trend, trend
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # for the browser, which the tests have
+from browser_heap import WATCH_TASKS, Heaps, long_tasks
 from tests.browser.chromium import open_browser
-from tests.browser.heap import WATCH_TASKS, Heaps, long_tasks
 
 MOST = {"page": 200_000, "worker": 100_000}  # bytes of objects in a minute that are noise
 _ROUND = 6.0  # s for a circle on the body
