@@ -47,14 +47,12 @@ class Phase:
     hypothesis: str = "quick"
 
 
+LAWS = Phase("laws, in virtual time", "not (live or alone or night)", BESIDE)
 SMOKE = Phase("live smoke", "smoke", AGAIN)
 TIERS = {
-    "test": (
-        Phase("laws, in virtual time", "not (slow or live or alone or night)", BESIDE),
-        SMOKE,
-    ),
+    "test": (LAWS, SMOKE),
     "all": (
-        Phase("laws, in virtual time", "not (live or alone or night)", BESIDE),
+        LAWS,
         Phase("live, side by side", "live and not (alone or night)", (*WAITING, *AGAIN)),
         Phase("live, one at a time", "alone and not night", AGAIN),
     ),

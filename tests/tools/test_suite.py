@@ -39,7 +39,7 @@ def test_a_failure_hides_no_later_phase(states: list[int]) -> None:
 def test_every_night_tries_laws_on_new_examples_and_no_mark_is_in_no_tier() -> None:
     assert any(phase.hypothesis == "deep" and "not (" in phase.marks for phase in TIERS["night"])
     marks = " or ".join(phase.marks for tier in ("all", "night") for phase in TIERS[tier])
-    names = ("slow", "live", "alone", "smoke", "night")
+    names = ("live", "alone", "smoke", "night")
     for chosen in product((False, True), repeat=len(names)):
         assert eval(marks, dict(zip(names, chosen, strict=True))), chosen
 
