@@ -12,9 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cohaptic.protocol.patch import SIZE as PATCH_BYTES
 from cohaptic.status.row import COLUMNS, Row, rows_in
 from cohaptic_client.loop import memory as module
-from cohaptic_client.loop.memory import RING_ROWS, LoopMemory, RowRing, Slot
+from cohaptic_client.loop.memory import COMMAND, RING_ROWS, SAMPLE, LoopMemory, RowRing, Slot
 from tests.examples_of_laws import examples
 from tests.small_disk import fill, small_disk
 
@@ -49,6 +50,17 @@ def test_a_read_gives_the_newest_value_once(values: list[bytes]) -> None:
         writer.write(value)
     assert reader.read() == values[-1]
     assert reader.read() is None
+    memory.close()
+
+
+@given(st.lists(payloads, min_size=1, max_size=10))
+def test_an_equal_value_is_a_new_one_too(values: list[bytes]) -> None:
+    memory = slot_memory()
+    writer, reader = Slot(memory, 0, CAPACITY), Slot(memory, 0, CAPACITY)
+    for value in values:
+        for _ in range(2):
+            writer.write(value)
+            assert reader.read() == value
     memory.close()
 
 
@@ -178,6 +190,31 @@ def test_a_slow_reader_loses_only_the_oldest(before: int, after: int) -> None:
 
 
 # Memory
+
+
+def test_what_one_side_writes_the_other_reads_each_in_its_place(memory: LoopMemory) -> None:
+    other = LoopMemory(memory.path)
+    values = {
+        "patch": bytes(range(PATCH_BYTES)),
+        "sample": b"s" * SAMPLE.size,
+        "command": b"c" * COMMAND.size,
+        "status": b"{" * 1024,
+    }
+    for name, value in values.items():
+        getattr(memory, name).write(value)
+    memory.rows.append(row(7.5))
+    assert {name: getattr(other, name).read() for name in values} == values
+    assert rows_in(other.rows.read_new()) == [row(7.5)]
+    other.close(remove=False)
+
+
+def test_the_file_lives_until_its_maker_removes_it() -> None:
+    made = LoopMemory.create()
+    other = LoopMemory(made.path)
+    other.close(remove=False)
+    assert os.path.exists(made.path)
+    made.close(remove=True)
+    assert not os.path.exists(made.path)
 
 
 def test_nobody_else_may_read_the_file(memory: LoopMemory) -> None:
