@@ -23,7 +23,7 @@ from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.server import CohapticServer
 
 PERIOD = 1.0 / 60.0  # s
-MOST_USERS = 64  # of one room
+MAX_USERS = 64  # of one room
 _SETTLE = 20  # ticks of the world in which forces rise
 
 
@@ -113,7 +113,7 @@ def ours(pipe: Pipe, subdivisions: int, still: bool) -> None:
     sys.setswitchinterval(5e-4)  # as `cohaptic serve` has it
 
     async def play() -> None:
-        server = CohapticServer(body, ServerSettings(port=0, max_users=MOST_USERS))
+        server = CohapticServer(body, ServerSettings(port=0, max_users=MAX_USERS))
         url = await server.start()
         await _report(pipe, url, lambda: spent, server.run())
 

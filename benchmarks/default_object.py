@@ -174,7 +174,7 @@ def made(candidate: Candidate) -> tuple[float, Body, Scene]:
     begin = time.perf_counter()
     body, scene, _ = set_up(
         Scene(2), candidate.name, source,
-        nonlinear=candidate.nonlinear, progress=lambda phase, share: None,
+        nonlinear=candidate.nonlinear, progress=lambda phase, fraction: None,
     )  # fmt: skip
     return time.perf_counter() - begin, body, scene
 
@@ -191,14 +191,14 @@ def measure(candidate: Candidate, ticks: int) -> list[dict[str, float | str]]:
         fields = [moved(body, int(first), int(second)) for first, second in chosen]
         own = np.array([here for _, here, _ in fields])
         ratio = np.array([there / here for _, here, there in fields])
-        shares = [float((np.linalg.norm(f, axis=1) >= MOVED).mean()) for f, _, _ in fields]
+        fractions = [float((np.linalg.norm(f, axis=1) >= MOVED).mean()) for f, _, _ in fields]
         forces = np.array([felt(body, pair) for pair in chosen])
         rows.append({
             "body": candidate.label, "vertices": len(x), "size_m": size, "apart_deg": apart,
             "places": len(chosen), "slid": int(np.isnan(forces).sum()),
             "dent_m": float(np.median(own)), "dent_share": float(np.median(own)) / size,
             "other": float(np.median(ratio)), "other_least": float(np.abs(ratio).min()),
-            "moved": float(np.median(shares)),
+            "moved": float(np.median(fractions)),
             "felt_n": float(np.nanmedian(forces)), "felt_least_n": float(np.nanmin(np.abs(forces))),
             "felt_demo_n": felt_in(body, scene),
             "prepared_s": prepared, "starts_s": starts,

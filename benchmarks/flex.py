@@ -46,7 +46,7 @@ from cohaptic_server.testing.soft_ring import RING, TUBE, fixed, ring
 
 PERIOD = 1.0 / 60.0  # s
 DEPTH = 0.002  # m
-MOST = 8  # balls
+LARGEST = 8  # balls
 _DENSITY = 1000.0  # kg/m^3
 _AT_REST = 10.0  # s; a step in which a flex comes to rest
 _SETTLING = 6  # such steps
@@ -111,7 +111,7 @@ def compiled(thousands: int, body: Solid, folder: Path | None = None) -> Any:
     ball = _BALL.format(z=1.0, radius=body.contact_radius)
     scene = _SCENE.format(
         h=PERIOD,
-        balls=ball * MOST,
+        balls=ball * LARGEST,
         mass=_DENSITY * mesh.volume,
         points=_words(mesh.vertices),
         elements=_words(mesh.tets),
@@ -187,7 +187,7 @@ def main() -> None:
     """Print a table."""
     parser = json_report.parser(__doc__)
     parser.add_argument("--thousands", type=int, nargs="+", default=[1, 5, 20], choices=SIZES)
-    parser.add_argument("--users", type=int, nargs="+", default=[1, MOST])
+    parser.add_argument("--users", type=int, nargs="+", default=[1, LARGEST])
     parser.add_argument("--steps", type=int, default=60, help="of each row")
     parser.add_argument("--step", type=float, default=PERIOD, help="of the flex, in seconds")
     parser.add_argument("--models", type=Path, default=None, help="folder of compiled models")

@@ -13,7 +13,8 @@ Each cost stands beside its floor, measured in the same run:
 - processor time of the haptic loop at 500 to 4,000 Hz: an empty loop in C at the same priority.
 
 Users slide at 0.2 m/s with mesh patches. The law is the exponent of a power fitted to each cost: a
-tick is O(users) and does not grow with the mesh (exponent at most `MOST`), preparation grows less
+tick is O(users) and does not grow with the mesh (exponent at most `LARGEST`), preparation grows
+less
 than with its square. It is printed, with whether it holds; the exit status is 1 where it does not.
 `--picture` draws all four (it needs matplotlib, of the extra `experiments`).
 """
@@ -53,7 +54,7 @@ SPEED = 0.2  # m/s
 ON_RINGS = 4  # users
 # Largest exponents. A tick over the mesh: trees become deeper and caches are missed more often, but
 # a cost that read the mesh would have 1. Users: the coupling between them is n^2, and small.
-MOST = {"users": 1.15, "mesh": 0.25, "preparation": 2.0, "rate": 1.15}
+LARGEST = {"users": 1.15, "mesh": 0.25, "preparation": 2.0, "rate": 1.15}
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +62,7 @@ class Row:
     """One point of a curve.
 
     Args:
-        of: Which curve: a key of `MOST`.
+        of: Which curve: a key of `LARGEST`.
         size: Users, tetrahedra or periods a second.
         cost: Seconds, or the share of a core for the loop.
         floor: The same of what cannot be avoided.
@@ -166,14 +167,14 @@ def main() -> None:
         rows += over_users(60 if options.quick else 300)
         rows += over_meshes(3 if options.quick else len(RINGS), 60 if options.quick else 300)
     laws: list[json_report.Result] = []
-    for name, most in MOST.items():
+    for name, limit in LARGEST.items():
         # The first few users also carry what a tick costs whoever is there.
         curve = [row for row in rows if row.of == name and not (name == "users" and row.size < 4)]
         if len(curve) > 1:
             power = exponent(curve)
-            laws.append({"law": name, "exponent": power, "most": most, "holds": power <= most})
-            word = "holds" if power <= most else "DOES NOT HOLD"
-            print(f"{name}: cost ~ size^{power:.2f}, at most {most:g}: {word}")
+            laws.append({"law": name, "exponent": power, "most": limit, "holds": power <= limit})
+            word = "holds" if power <= limit else "DOES NOT HOLD"
+            print(f"{name}: cost ~ size^{power:.2f}, at most {limit:g}: {word}")
         else:
             print(f"{name}: not measured here")
     peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -193,8 +193,8 @@ def one_round(server: Helper, timer: Helper, url: str, name: str, folder: str) -
     worker_share = with_upload["worker_used"] / seconds
     visitor_share = (children_used() - used) / seconds
     loads = [
-        start_load(share, seconds, niceness)
-        for share, niceness in ((worker_share, LOW_NICENESS), (visitor_share, 0))
+        start_load(fraction, seconds, niceness)
+        for fraction, niceness in ((worker_share, LOW_NICENESS), (visitor_share, 0))
     ]
     for helper in (server, timer):
         helper.ask("from now on")
@@ -214,10 +214,10 @@ def one_round(server: Helper, timer: Helper, url: str, name: str, folder: str) -
     }
 
 
-def start_load(share: float, seconds: float, niceness: int) -> subprocess.Popen[str]:
+def start_load(fraction: float, seconds: float, niceness: int) -> subprocess.Popen[str]:
     """A load that has begun."""
     script = str(Path(__file__).with_name("like_load.py"))
-    command = [sys.executable, script, str(share), str(seconds), str(niceness)]
+    command = [sys.executable, script, str(fraction), str(seconds), str(niceness)]
     load = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert load.stdout is not None
     load.stdout.readline()

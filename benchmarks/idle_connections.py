@@ -130,7 +130,7 @@ def measure(many: int, addresses: int, seconds: float, limits: str) -> json_repo
         limits: `raised` or `usual`.
     """
     _raise_files(many)
-    options = [word for one in RAISED if limits == "raised" for word in ("--limit", one)]
+    options = [word for one in RAISED if limits == "raised" for word in ("--largest", one)]
     with tempfile.TemporaryDirectory() as name:
         log = Path(name) / "log"
         server = Serving("serve", "--port", "0", *options, log=log)
@@ -145,18 +145,18 @@ def measure(many: int, addresses: int, seconds: float, limits: str) -> json_repo
             before = _told(victim.ask())
             begins = time.monotonic() + _OPENING
             hostile = Process(attack, int(url.rpartition(":")[2]), many, addresses)
-            most = 0
+            largest = 0
             victim.ask()
-            while time.monotonic() < begins and most < 0.9 * many:
-                most = hostile.ask()[0]
+            while time.monotonic() < begins and largest < 0.9 * many:
+                largest = hostile.ask()[0]
                 time.sleep(0.1)
             until = time.monotonic() + seconds
-            kernel_most, memory_most = kernel, memory
+            kernel_limit, memory_limit = kernel, memory
             while time.monotonic() < until:
                 held = hostile.ask()[0]
-                most = max(most, held)
-                kernel_most = max(kernel_most, kernel_memory())
-                memory_most = max(memory_most, resident(server.pid))
+                largest = max(largest, held)
+                kernel_limit = max(kernel_limit, kernel_memory())
+                memory_limit = max(memory_limit, resident(server.pid))
                 time.sleep(0.1)
             meanwhile = _told(victim.ask())
             _, begun, lost = hostile.ask()
@@ -168,11 +168,11 @@ def measure(many: int, addresses: int, seconds: float, limits: str) -> json_repo
             server.wait()
         lines = len(log.read_text().splitlines())
     return {
-        "limits": limits, "connections": many, "most_held": most, "begun": begun, "lost": lost,
+        "limits": limits, "connections": many, "most_held": largest, "begun": begun, "lost": lost,
         "late_p99_before_s": before[0], "late_p99_s": meanwhile[0],
         "left_out_before": before[1], "left_out": meanwhile[1],
-        "server_bytes_each": (memory_most - memory) / max(1, most),
-        "kernel_bytes_each": 0.5 * (kernel_most - kernel) / max(1, most),
+        "server_bytes_each": (memory_limit - memory) / max(1, largest),
+        "kernel_bytes_each": 0.5 * (kernel_limit - kernel) / max(1, largest),
         "log_lines": lines,
     }  # fmt: skip
 

@@ -34,8 +34,8 @@ from cohaptic.protocol.watch_messages import Watch
 from load_rooms import Rooms
 
 SETTLED = 3.0  # s after the last room has opened
-MOST_PROCESSOR = 0.03  # of a core, for all
-MOST_LATER = 0.05  # s
+MAX_PROCESSOR = 0.03  # of a core, for all
+MAX_LATER = 0.05  # s
 _KIB = 1024
 
 
@@ -43,8 +43,8 @@ def memory(pid: int) -> tuple[int, int, int]:
     """Resident, proportional and own memory of a process [bytes]."""
     text = Path(f"/proc/{pid}/smaps_rollup").read_text()
     found = dict(re.findall(r"^(Rss|Pss|Private_Dirty):\s+(\d+) kB", text, re.MULTILINE))
-    resident, share, own = (_KIB * int(found[kind]) for kind in ("Rss", "Pss", "Private_Dirty"))
-    return resident, share, own
+    resident, fraction, own = (_KIB * int(found[kind]) for kind in ("Rss", "Pss", "Private_Dirty"))
+    return resident, fraction, own
 
 
 def _connect(url: str) -> connect:
@@ -121,7 +121,7 @@ def main() -> None:
         finally:
             rooms.end()
     in_rooms, in_front = ((b - a) / over for a, b in zip(before, spent, strict=True))
-    resident, share, own = (median(size[k] for size in sizes) for k in range(3))
+    resident, fraction, own = (median(size[k] for size in sizes) for k in range(3))
     later = median(asleep) - median(awake)
     print(f"{options.rooms} rooms in which nobody is, {over:.0f} s:")
     print(
@@ -129,8 +129,8 @@ def main() -> None:
         f"{100 * in_rooms / options.rooms:.3f} % in each; {100 * in_front:.2f} % in the front"
     )
     print(
-        f"  memory of a room: {1e-6 * resident:.1f} MB resident, {1e-6 * share:.1f} MB its share,"
-        f" {1e-6 * own:.1f} MB its own"
+        f"  memory of a room: {1e-6 * resident:.1f} MB resident,"
+        f" {1e-6 * fraction:.1f} MB its share, {1e-6 * own:.1f} MB its own"
     )
     print(
         f"  first touch: {1e3 * median(asleep):.1f} ms asleep, {1e3 * median(awake):.1f} ms awake,"
@@ -141,13 +141,13 @@ def main() -> None:
         [
             {
                 "processor_rooms": in_rooms, "processor_front": in_front,
-                "resident_bytes": resident, "proportional_bytes": share, "own_bytes": own,
+                "resident_bytes": resident, "proportional_bytes": fraction, "own_bytes": own,
                 "first_touch_asleep_s": median(asleep), "first_touch_awake_s": median(awake),
                 "later_s": later,
             }
         ],
     )  # fmt: skip
-    if in_rooms + in_front > MOST_PROCESSOR or later > MOST_LATER:
+    if in_rooms + in_front > MAX_PROCESSOR or later > MAX_LATER:
         sys.exit("an empty room costs more than it may")
 
 

@@ -18,14 +18,14 @@ _COPIED = 16 * 2**20  # bytes, more than a processor keeps near
 
 def main() -> None:
     """Be the load."""
-    share, seconds, niceness = map(float, sys.argv[1:])
+    fraction, seconds, niceness = map(float, sys.argv[1:])
     os.nice(round(niceness))
     source, copy = bytes(_COPIED), bytearray(_COPIED)
     print("begins", flush=True)
     end, turn = time.monotonic() + seconds, 0
     while time.monotonic() < end:
         until, used = time.monotonic() + _PERIOD, time.process_time()
-        while time.monotonic() < until and time.process_time() - used < share * _PERIOD:
+        while time.monotonic() < until and time.process_time() - used < fraction * _PERIOD:
             turn += 1
             if turn % 2:
                 copy[:] = source

@@ -41,14 +41,14 @@ from bad_neighbours import play
 from cohaptic_tools.demo.processes import DemoFailed
 from core_users import PERIOD
 from load_rooms import Rooms
-from load_search import most
+from load_search import largest
 from load_users import bare, crowd
 from tick_lateness import lateness
 from users_per_core import Process
 
 PARTS = ["core", "machine", "neighbours"]
 FIRST = 32  # users of the first try of ours; a bare server has had four times as many, and more
-MOST_BARE = 800  # of one process that plays them
+MAX_BARE = 800  # of one process that plays them
 WARM_UP = 1.5  # s of a row in which users join and forces rise
 ON_TIME = 4e-3  # s at the 99th percentile
 ARRIVED = 0.99  # of the patches that are due
@@ -112,9 +112,9 @@ def measure(server: Rooms | Process, everybody: Process, urls: list[str], users:
     )
 
 
-def spread(users: int, most_each: int) -> list[int]:
+def spread(users: int, max_each: int) -> list[int]:
     """So many users over as few rooms as hold them, as evenly as it goes."""
-    rooms = math.ceil(users / most_each)
+    rooms = math.ceil(users / max_each)
     return [users // rooms + (k < users % rooms) for k in range(rooms)]
 
 
@@ -185,7 +185,7 @@ def core(folder: Path, ladder: Ladder, options: argparse.Namespace) -> json_repo
     found: dict[str, list[int]] = {"ours": [], "bare": []}
     try:
         ours = Rooms(folder, options.core_rooms, options.room_users, {cores[0]})
-        limits = {"ours": options.core_rooms * options.room_users, "bare": MOST_BARE}
+        limits = {"ours": options.core_rooms * options.room_users, "bare": MAX_BARE}
         servers: dict[str, Rooms | Process] = {"ours": ours, "bare": simple}
         start = {"ours": FIRST, "bare": 4 * FIRST}
         for done in range(options.rounds):
@@ -196,7 +196,7 @@ def core(folder: Path, ladder: Ladder, options: argparse.Namespace) -> json_repo
                 def holds(users: int, kind: str = kind, server: Rooms | Process = server) -> bool:
                     return ladder.row(kind, server, url, everybody, users).holds
 
-                low, high = most(holds, start[kind], limits[kind], options.precision)
+                low, high = largest(holds, start[kind], limits[kind], options.precision)
                 progress.say(f"{kind}: {low} users hold, {high or 'more than the limit'} do not")
                 found[kind].append(low)
                 start[kind] = max(1, low)
@@ -237,7 +237,7 @@ def machine(folder: Path, ladder: Ladder, options: argparse.Namespace) -> json_r
         if sorted(rows, key=lambda row: row.late[1])[len(rows) // 2].holds:
             low = whole
         else:
-            low, _ = most(lambda users: row(users).holds, whole // 2, whole, options.precision)
+            low, _ = largest(lambda users: row(users).holds, whole // 2, whole, options.precision)
     except OutOfTimeError:
         progress.say("left out: the rest of all cores")
     finally:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 FACTOR = 1.5  # between two tries until one holds and one does not
 
 
-def most(
+def largest(
     holds: Callable[[int], bool], start: int, limit: int, precision: float
 ) -> tuple[int, int | None]:
     """The most that holds, and the fewest found that do not.

@@ -26,18 +26,18 @@ def disc_load(mesh: SurfaceMesh, height: float, radius: float, power: float) -> 
         power: Above -1.
     """
     # With s = 2 r^2 / radius^2 - 1 the pressure is Jacobi's weight (1 - s)^power.
-    s, shares = roots_jacobi(_RINGS, power, 0.0)
+    s, fractions = roots_jacobi(_RINGS, power, 0.0)
     r = radius * np.sqrt(0.5 * (1.0 + s))
     angle = 2.0 * np.pi * (np.arange(_SPOKES) + 0.5) / _SPOKES
     points = np.stack([np.outer(r, np.cos(angle)).ravel(), np.outer(r, np.sin(angle)).ravel()], 1)
-    weights = np.repeat(shares / shares.sum() / _SPOKES, _SPOKES)
+    weights = np.repeat(fractions / fractions.sum() / _SPOKES, _SPOKES)
     x = mesh.vertices + np.array(mesh.origin)
     on_top = np.abs(x[mesh.faces][:, :, 2] - height).max(axis=1) < 0.05 * radius
     area = face_area_vectors(mesh.vertices, mesh.faces)
     faces = mesh.faces[on_top & (area[:, 2] > 0.9 * np.linalg.norm(area, axis=1))]
-    face, corner_shares = _within(x[:, :2], faces, points)
+    face, corner_fractions = _within(x[:, :2], faces, points)
     total = np.zeros(len(mesh.vertices))
-    np.add.at(total, faces[face], weights[:, None] * corner_shares)
+    np.add.at(total, faces[face], weights[:, None] * corner_fractions)
     loaded = np.flatnonzero(total)
     return Load(loaded, total[loaded], np.array([0.0, 0.0, -1.0]), 1.0)
 
@@ -60,9 +60,9 @@ def _within(x: Floats, faces: Ints, points: Floats) -> tuple[Ints, Floats]:
     off = points[:, None] - a[None]
     v = (off[..., 0] * to_c[:, 1] - off[..., 1] * to_c[:, 0]) / area
     w = (to_b[:, 0] * off[..., 1] - to_b[:, 1] * off[..., 0]) / area
-    shares = np.stack([1.0 - v - w, v, w], axis=-1)
-    best = shares.min(axis=-1).argmax(axis=1)
-    chosen = shares[np.arange(len(points)), best]
+    fractions = np.stack([1.0 - v - w, v, w], axis=-1)
+    best = fractions.min(axis=-1).argmax(axis=1)
+    chosen = fractions[np.arange(len(points)), best]
     if chosen.min() < -1e-3:
         raise ValueError("the disc reaches beyond the flat surface")
     return best, chosen

@@ -100,7 +100,7 @@ def children(pid: int) -> list[int]:
         return []
 
 
-def cpu_shares(pids: Sequence[int], seconds: float) -> list[float | None]:
+def cpu_fractions(pids: Sequence[int], seconds: float) -> list[float | None]:
     """Share of a core that each process takes over the next seconds."""
     start = time.perf_counter()
     before = [cpu_time(pid) for pid in pids]
@@ -172,7 +172,7 @@ def touch(geometry: str, seconds: float) -> Figures:
         while not children(client.pid) and time.perf_counter() < deadline:
             time.sleep(0.1)
         time.sleep(STARTED)
-        network, loop = cpu_shares([client.pid, *(children(client.pid) or [0])][:2], seconds)
+        network, loop = cpu_fractions([client.pid, *(children(client.pid) or [0])][:2], seconds)
     finally:
         client.terminate()
         client.wait()
@@ -247,8 +247,8 @@ def line(name: str, hz: float, row: Figures) -> str:
         return f"| {name} | {hz:.0f} Hz | not installed, or not allowed |"
     times = [microseconds(row.get(n)) for n in ("late_p50_s", "late_p99_s")]
     costs = [microseconds(row.get(n)) for n in ("cost_p50_s", "cost_p99_s")]
-    shares = [percent(row.get(n)) for n in ("missed", "cpu")]
-    cells = [*times, f"{row['late_p99_ratio']:.2f}", *costs, *shares]
+    fractions = [percent(row.get(n)) for n in ("missed", "cpu")]
+    cells = [*times, f"{row['late_p99_ratio']:.2f}", *costs, *fractions]
     return f"| {name} | {hz:.0f} Hz | {' | '.join(cells)} |"
 
 

@@ -145,8 +145,8 @@ def cells(row: Row, kinds: Sequence[str]) -> list[str]:
         played = [_session_cell(session, kind) for session in found["sessions"]]
         line += [*played, *[""] * (3 - len(played)), *_strength_cells(found["sessions"])]
     table: Row = next((row[kind] for kind in ("linear", "limb") if kind in row), Row())
-    share = table.get("share_within_5_percent")
-    line.append("" if share is None else f"{share:.0%}, {table['worst_error']:.0%}")
+    fraction = table.get("share_within_5_percent")
+    line.append("" if fraction is None else f"{fraction:.0%}, {table['worst_error']:.0%}")
     said = [row["said"]]
     errors = {kind: row[kind]["error"] for kind in _KINDS if "error" in row.get(kind, {})}
     said += [f"{kind} sessions: {error}" for kind, error in errors.items()]

@@ -54,7 +54,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))  # for the browser, which the
 from browser_heap import WATCH_TASKS, Heaps, long_tasks
 from tests.browser.chromium import open_browser
 
-MOST = {"page": 200_000, "worker": 100_000}  # bytes of objects in a minute that are noise
+LARGEST = {"page": 200_000, "worker": 100_000}  # bytes of objects in a minute that are noise
 _ROUND = 6.0  # s for a circle on the body
 _FAR = 60  # px from its middle
 _OTHER = ("--name", "other", "--angle", "100", "--rhythm-s", "3", "--json-lines")
@@ -112,14 +112,14 @@ def measured(page: Page, options: argparse.Namespace) -> tuple[json_report.Resul
         print(f"{times[-1]:5.1f} s  {words}", flush=True)
     found: dict[str, float] = {"seconds": times[-1], "looks": options.looks}
     trends = {name: trend(times, looks) for name, looks in sizes.items()}
-    for name, (least, likely, most) in trends.items():
+    for name, (least, likely, limit) in trends.items():
         found[f"{name}_bytes"] = sizes[name][-1]
         found[f"{name}_growth_bytes"] = likely
         found[f"{name}_growth_least_bytes"] = least
-        found[f"{name}_growth_most_bytes"] = most
+        found[f"{name}_growth_most_bytes"] = limit
     found["long_tasks"] = len(tasks)
     found["longest_task_s"] = 1e-3 * max(tasks, default=0.0)
-    return found, [trends[f"{name}_objects"] for name in MOST]
+    return found, [trends[f"{name}_objects"] for name in LARGEST]
 
 
 def traced(browser: Browser, page: Page, options: argparse.Namespace) -> json_report.Result:
@@ -181,10 +181,10 @@ def main() -> int:
     for name, value in found.items():
         print(f"{name}: {value:.6g}")
     json_report.write(options, [found])
-    share = float(found["seconds"] or 0.0) / 60.0
+    fraction = float(found["seconds"] or 0.0) / 60.0
     verdicts = {
-        name: one.verdict(share * most)
-        for (name, most), one in zip(MOST.items(), trends, strict=True)
+        name: one.verdict(fraction * limit)
+        for (name, limit), one in zip(LARGEST.items(), trends, strict=True)
     }
     print(f"objects of {verdicts}; long tasks by the clock: {found['long_tasks']}")
     steady = all(verdict == "steady" for verdict in verdicts.values())

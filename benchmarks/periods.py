@@ -140,8 +140,8 @@ def main() -> None:
         print(f"| {programs} programs | {words} ({scheduling}) | {len(late)} | {times} |")
     print("\n| late by | alone | with load |\n|---|---|---|")
     for name in counted[0]:
-        shares = " | ".join(f"{100.0 * c[name] / sum(c.values()):.3f} %" for c in counted)
-        print(f"| {name.replace('_', ' ')} | {shares} |")
+        fractions = " | ".join(f"{100.0 * c[name] / sum(c.values()):.3f} %" for c in counted)
+        print(f"| {name.replace('_', ' ')} | {fractions} |")
     json_report.write(options, results)
 
 

@@ -28,7 +28,7 @@ DELAYS = ((30, 30), (30, 17), (30, 5))  # ticks round the network
 STEPS = ((LEAST_KAPPA, 0.0), (1.0, 0.0), (0.3, 0.0), (0.0, 0.0), (LEAST_KAPPA, 0.3),
          (LEAST_KAPPA, 0.6))  # kappa and momentum  # fmt: skip
 WITHIN = 0.02
-MOST = 150  # ways round that are tried
+LARGEST = 150  # ways round that are tried
 PULL = np.array([1.0, 0.7])  # of the forces of both hands on a surface that is held [1]
 
 
@@ -50,7 +50,8 @@ class Room:
 def ways_to_rest(room: Room, kappa: float, momentum: float) -> float:
     """Ways round of the slower hand until both forces are steady.
 
-    It is `MOST` where they are not by then, and inf where they move away from what would be steady.
+    It is `LARGEST` where they are not by then, and inf where they move away from what would be
+    steady.
 
     Args:
         room: Room of two hands.
@@ -62,7 +63,7 @@ def ways_to_rest(room: Room, kappa: float, momentum: float) -> float:
     y = np.array(room.answers, dtype=np.float64)
     rest = np.linalg.solve(np.eye(2) + y[:, None] * S, y * PULL)
     slower = max(room.delays)
-    u = np.zeros((2 * slower + MOST * slower, 2))
+    u = np.zeros((2 * slower + LARGEST * slower, 2))
     for k in range(2 * slower, len(u)):
         before, earlier = (u[k - times * np.array(room.delays)] for times in (1, 2))
         step = part.solve @ (y * (PULL - (S * before).sum(axis=1)) + (part.X * before).sum(axis=1))
@@ -82,7 +83,7 @@ def worst(m: float, answers: tuple[float, float], kappa: float, momentum: float)
 
 def pairs() -> dict[str, tuple[float, float]]:
     """Both hands alike, and a clamp beside a limp one."""
-    alike = {name: (share, share) for name, share in ANSWERS.items()}
+    alike = {name: (fraction, fraction) for name, fraction in ANSWERS.items()}
     return alike | {"clamp and limp": (ANSWERS["clamps"], ANSWERS["limp"])}
 
 

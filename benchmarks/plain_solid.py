@@ -77,11 +77,11 @@ def press(shape: SolidShape, vertex: int) -> Floats:
     size = np.linalg.norm(area, axis=1)
     facing = (area @ mesh.normals[vertex]) / np.maximum(size, 1e-300)
     side = np.clip(1.0 + 2.0 * facing, 0.0, 1.0) * size
-    shares = _middles()
-    r = np.linalg.norm(np.einsum("qc,fci->fqi", shares, x), axis=2)
+    fractions = _middles()
+    r = np.linalg.norm(np.einsum("qc,fci->fqi", fractions, x), axis=2)
     pressure = side[:, None] * np.maximum(0.0, 1.0 - (r / radius) ** 2)
     total = np.zeros(len(shape.nodes))
-    np.add.at(total, shape.surface[mesh.faces[near]], pressure @ shares)
+    np.add.at(total, shape.surface[mesh.faces[near]], pressure @ fractions)
     return np.asarray(total / total.sum())
 
 
@@ -106,8 +106,8 @@ def vertex_compliance(shape: SolidShape, vertices: Ints) -> Floats:
     out = np.empty(len(vertices))
     for start in range(0, len(vertices), _BATCH):
         batch = vertices[start : start + _BATCH]
-        shares = np.stack([press(shape, k) for k in batch.tolist()], axis=1)[free]
-        loaded = shares[:, None] * shape.mesh.normals[batch].T
+        fractions = np.stack([press(shape, k) for k in batch.tolist()], axis=1)[free]
+        loaded = fractions[:, None] * shape.mesh.normals[batch].T
         loaded = loaded.reshape(-1, len(batch))
         out[start : start + len(batch)] = (loaded * lu.solve(loaded)).sum(axis=0)
     return out

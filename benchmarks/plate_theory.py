@@ -76,10 +76,10 @@ def _pressed(contact: float) -> Floats:
     """Mean of each product of terms in x and y under the pressure, shape (k k,)."""
     x, weights = legendre.leggauss(4 * _POINTS)
     r, angle = 0.5 * contact * (x + 1.0), 2.0 * math.pi * np.arange(4 * _POINTS) / (4 * _POINTS)
-    share = weights * r * (1.0 - (r / contact) ** 2)
+    fraction = weights * r * (1.0 - (r / contact) ** 2)
     at = r[:, None] * np.array([np.cos(angle), np.sin(angle)])[:, None, :]
     along, beside = (_terms(one.ravel(), 0)[0] for one in at)
-    each = np.repeat(share / share.sum(), len(angle)) / len(angle)
+    each = np.repeat(fraction / fraction.sum(), len(angle)) / len(angle)
     return np.asarray(((along * each) @ beside.T).ravel())
 
 
@@ -99,9 +99,9 @@ def round_solid(material: Hooke, radius: float, thickness: float, contact: float
     rows, columns, values = list[Ints](), list[Ints](), list[Floats]()
     up, down = np.zeros(2 * nodes.size), np.zeros(2 * nodes.size)
     for i in range(_ACROSS):
-        own, shares = slice(2 * i, 2 * i + 3), _ring(r[i], r[i + 1], contact)
-        up[2 * nodes[own, -1] + 1] += shares
-        down[2 * nodes[own, 0] + 1] += shares
+        own, fractions = slice(2 * i, 2 * i + 3), _ring(r[i], r[i + 1], contact)
+        up[2 * nodes[own, -1] + 1] += fractions
+        down[2 * nodes[own, 0] + 1] += fractions
         for j in range(_THROUGH):
             k = _section(material, r[i], r[i + 1], z[j + 1] - z[j])
             some = nodes[own, 2 * j : 2 * j + 3].ravel()
@@ -147,9 +147,9 @@ def _section(material: Hooke, start: float, end: float, high: float) -> Floats:
 
 def _ring(start: float, end: float, contact: float) -> Floats:
     """Share of the pressure on the three nodes of an element's side, but for a factor, (3,)."""
-    shares, pressed = np.zeros(3), max(0.0, min(end, contact) - start)
+    fractions, pressed = np.zeros(3), max(0.0, min(end, contact) - start)
     for p, weight in zip(*legendre.leggauss(_POINTS), strict=True):
         r = start + 0.5 * pressed * (p + 1.0)
         profile = weight * pressed * r * (1.0 - (r / contact) ** 2)
-        shares += profile * _shapes(2.0 * (r - start) / (end - start) - 1.0)[0]
-    return shares
+        fractions += profile * _shapes(2.0 * (r - start) / (end - start) - 1.0)[0]
+    return fractions

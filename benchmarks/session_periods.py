@@ -32,7 +32,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))  # for the browser, which the
 from tests.browser.chromium import open_browser
 
 HZ = 1000.0
-MOST = 0.001  # share of the periods
+LARGEST = 0.001  # share of the periods
 HANDS = {"left": "180", "right": "0"}  # degrees round the balloon
 _TOLD = 10.0  # s between two lines
 
@@ -123,8 +123,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         found, result = play(60.0 * options.minutes, options.hostile, Path(folder))
     json_report.write(options, [result])
-    print(f"left out: {100.0 * found:.4f} % of the periods, at most {100.0 * MOST:g} % wanted")
-    sys.exit(found > MOST)
+    print(f"left out: {100.0 * found:.4f} % of the periods, at most {100.0 * LARGEST:g} % wanted")
+    sys.exit(found > LARGEST)
 
 
 if __name__ == "__main__":

@@ -56,7 +56,7 @@ class Storm:
 
     def __init__(self, server: Server, people: int, seed: int, folder: Path) -> None:
         self.server, self.count = server, Count()
-        self._most, self._folder = people, folder
+        self._limit, self._folder = people, folder
         self._draw = random.Random(seed)
         self._people: list[Person] = []
         self._tasks: set[asyncio.Task[None]] = set()
@@ -76,7 +76,7 @@ class Storm:
         draw, now = self._draw, time.monotonic()
         self._go_on(now)
         kind = self._opening.pop() if self._opening else draw.random()
-        if len(self._people) < self._most and kind < 0.5:
+        if len(self._people) < self._limit and kind < 0.5:
             room = self.server.room(draw.choice(ROOMS))
             self._people.append(Person(room, HZ, self.count, draw.randrange(2**32)))
         elif kind < 0.62 and self._people:

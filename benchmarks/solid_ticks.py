@@ -36,7 +36,7 @@ from cohaptic_server.testing.soft_ring import RING, TUBE, ring
 from cohaptic_server.world.state import Participant, Touch
 from cohaptic_server.world.tick import advance
 from cohaptic_server.world.users import WorldState
-from flex import DEPTH, MOST, TooLarge, compiled, step
+from flex import DEPTH, LARGEST, TooLarge, compiled, step
 from memory import read_time
 
 PERIOD = 1.0 / 60.0  # s
@@ -203,14 +203,14 @@ def measure(body: Solid, worker: ColumnWorker, users: int, ticks: int, *, speed:
         read = body.columns.store.kernel.rows_read - read
         rows.append((whole, timed.seconds - own, 36.0 * read + _far_field_bytes(state)))
     figures: Floats = np.array(rows[60:])
-    counted, most = figures[:, 0], float(np.median(figures[:, 2]))
+    counted, limit = figures[:, 0], float(np.median(figures[:, 2]))
     return Ticks(
         float(np.median(counted)),
         float(np.quantile(counted, 0.99)),
         float(np.mean(counted > PERIOD)),
         float(np.median(figures[:, 1])),
-        most,
-        read_time(round(most)),
+        limit,
+        read_time(round(limit)),
     )
 
 
@@ -263,7 +263,7 @@ def table(
             model = _model(thousands, body, models)
             for users in (1, 2, 4, 8, 16):
                 t = measure(body, worker, users, ticks, speed=speed)
-                fits = model is not None and users <= MOST
+                fits = model is not None and users <= LARGEST
                 flex = step(model, users, 20).median if fits else None
                 beside = "" if flex is None else f"{1e3 * flex:.0f} ms"
                 results.append(

@@ -25,16 +25,16 @@ class Trend(NamedTuple):
     Args:
         least: Lower end of the interval of confidence.
         likely: By the line itself.
-        most: Upper end of the interval.
+        limit: Upper end of the interval.
     """
 
     least: float
     likely: float
-    most: float
+    limit: float
 
     def verdict(self, limit: float) -> Verdict:
         """By a growth that would not matter: `steady` only where all of the interval is below."""
-        if self.most <= limit:
+        if self.limit <= limit:
             return "steady"
         return "grows" if self.least > limit else "cannot be told"
 

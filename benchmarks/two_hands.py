@@ -50,7 +50,7 @@ _WORST_FIRST = (Rest.UNSTABLE, Rest.SLOW, Rest.RESTS)
 Row = dict[str, Any]
 
 
-def _quiet(phase: str, share: float) -> None:
+def _quiet(phase: str, fraction: float) -> None:
     """The progress of a preparation, which nobody watches."""
 
 

@@ -36,11 +36,11 @@ def open_desk(url: str) -> contextlib.AbstractContextManager[ClientConnection]:
     return connect(url, subprotocols=kinds, compression=None, proxy=None, max_size=2**22)
 
 
-def begin(ws: ClientConnection, name: str, content: bytes, share: float = 1.0) -> None:
+def begin(ws: ClientConnection, name: str, content: bytes, fraction: float = 1.0) -> None:
     """Send the file, or the first part of it."""
     ws.recv()
     ws.send(encode_control(BeginUpload(name=name, size=len(content))))
-    for at in range(0, round(share * len(content)), CHUNK):
+    for at in range(0, round(fraction * len(content)), CHUNK):
         ws.send(content[at : at + CHUNK])
 
 

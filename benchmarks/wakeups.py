@@ -137,5 +137,5 @@ def _run(command: list[str], period: float) -> Wakeups | None:
             late.add(1e-6 * (int(microseconds) + 0.5))
         missed += int(count) if int(microseconds) > period else 0
     cpu = re.search(r"^cpu ([\d.]+)$", done.stdout, re.M)
-    share = missed / max(1, late.count)
-    return Wakeups(late, share, float(cpu[1]) if cpu else None)
+    fraction = missed / max(1, late.count)
+    return Wakeups(late, fraction, float(cpu[1]) if cpu else None)

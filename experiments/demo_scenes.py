@@ -54,8 +54,8 @@ def row(result: dict[str, Any]) -> str:
     users = result["users"]
     # Those who wait; the first hand makes the change itself.
     late = {
-        share: max(math.inf if user[share] is None else user[share] for user in users[1:])
-        for share in ("felt_delay_ms", "felt_most_ms")
+        fraction: max(math.inf if user[fraction] is None else user[fraction] for user in users[1:])
+        for fraction in ("felt_delay_ms", "felt_most_ms")
     }
     errors = [user["force_error"] for user in users]
     if None in errors:

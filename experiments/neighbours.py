@@ -49,8 +49,8 @@ def main() -> None:
     parser.add_argument("--json", type=Path, default=FILE, help="file to write")
     options = parser.parse_args()
 
-    def progress(share: float) -> None:
-        print(f"\r{100 * share:3.0f} %", end="", file=sys.stderr, flush=True)
+    def progress(fraction: float) -> None:
+        print(f"\r{100 * fraction:3.0f} %", end="", file=sys.stderr, flush=True)
 
     text = written(options.seed, options.rooms, table(options.seed, options.rooms, progress))
     options.json.write_text(text)

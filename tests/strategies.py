@@ -20,8 +20,8 @@ from cohaptic.protocol.neighbourhood import MAX_VERTICES, Neighbourhood
 from cohaptic.protocol.partners import (
     HEAVIEST,
     LIGHTEST,
+    MAX_CARRIED,
     MAX_PARTNERS,
-    MOST_CARRIED,
     Partner,
     Partners,
 )
@@ -69,7 +69,7 @@ _tellings = st.tuples(st.floats(-10.0, 10.0, width=32), st.none() | hand_models)
 
 
 def _sample(told: tuple[float | None, HandModel | None], **fields: Any) -> ContactSample:
-    return ContactSample(**fields, give=told[0], own_model=told[1])
+    return ContactSample(**fields, deflection=told[0], own_model=told[1])
 
 
 contact_samples = st.builds(
@@ -127,9 +127,9 @@ def as_partner(user: int, j: int) -> st.SearchStrategy[Partner]:
         user=st.just(user),
         model=hand_models,
         intended=floats(-20.0, 20.0),
-        give=floats(-10.0, 10.0),
-        force=floats(0.0, MOST_CARRIED),
-        most=floats(0.0, 100.0),
+        deflection=floats(-10.0, 10.0),
+        force=floats(0.0, MAX_CARRIED),
+        max_force=floats(0.0, 100.0),
         c_jj=floats(MIN_COMPLIANCE, MAX_COMPLIANCE),
         coupled=st.tuples(*[floats(-10.0, 10.0)] * (j + 1)),
     )
@@ -139,7 +139,7 @@ partners = st.lists(counts, max_size=MAX_PARTNERS, unique=True).flatmap(
     lambda users: st.builds(
         Partners,
         weight=floats(0.0, 1.0),
-        most=floats(0.0, 100.0),
+        max_force=floats(0.0, 100.0),
         model=hand_models,
         partners=st.tuples(*[as_partner(user, j) for j, user in enumerate(users)]),
     )
@@ -205,7 +205,7 @@ user_records = st.builds(
     normal=coarse_normals,
     law=st.sampled_from(Law),
     geometry=st.sampled_from(Geometry),
-    presence=st.integers(0, 255).map(lambda share: share / 255),
+    presence=st.integers(0, 255).map(lambda fraction: fraction / 255),
     curvature=halves,
     fresh=st.booleans(),
     friction=st.booleans(),

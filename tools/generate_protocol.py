@@ -22,8 +22,8 @@ from cohaptic.protocol.layout import (
     ACK,
     ANCHOR,
     CONTACT_SAMPLE,
+    DEFLECTION,
     FACE,
-    GIVE,
     LAYOUTS,
     OWN_MODEL,
     VERTEX,
@@ -32,7 +32,7 @@ from cohaptic.protocol.version import FAMILY, PROTOCOL_VERSION
 
 ROOT = Path(__file__).parents[1]
 PAGE, DOCS = ROOT / "web/src/protocol/layout.ts", ROOT / "docs/protocol.md"
-_SENT = (CONTACT_SAMPLE, ANCHOR, GIVE, OWN_MODEL, ACK)  # the page writes these
+_SENT = (CONTACT_SAMPLE, ANCHOR, DEFLECTION, OWN_MODEL, ACK)  # the page writes these
 _BULK = (VERTEX, FACE)  # the page reads these by the thousand, in loops of its own
 # Limits of the codecs that the page checks, too, with their units.
 _LIMITS: dict[str, tuple[float, str]] = {
@@ -245,15 +245,15 @@ def _grouped(
 
 
 def _about(field: Field) -> str:
-    unit = f" [{field.unit.strip('`')}]" if field.unit and _share(field) is None else ""
+    unit = f" [{field.unit.strip('`')}]" if field.unit and _fraction(field) is None else ""
     limit = f"; {field.limit}" if field.limit else ""
     return field.meaning.replace("\\|", "|") + unit + limit
 
 
-def _share(field: Field) -> str | None:
+def _fraction(field: Field) -> str | None:
     """The whole number that makes 1, for a field whose unit is a share of 1."""
-    share = field.unit.removeprefix("1/")
-    return share if share.isdigit() and share != field.unit else None
+    fraction = field.unit.removeprefix("1/")
+    return fraction if fraction.isdigit() and fraction != field.unit else None
 
 
 def _type_script(field: Field) -> str:
@@ -269,7 +269,7 @@ def _get(offset: int, field: Field, *, part: bool) -> str:
         vectors = [f"getVec(view, {place})" for place in places[::3]]
         return vectors[0] if len(vectors) == 1 else f"[...{', ...'.join(vectors)}]"
     order = "" if field.type == "u8" else ", true"
-    scale = "" if _share(field) is None else f" / {_share(field)}"
+    scale = "" if _fraction(field) is None else f" / {_fraction(field)}"
     numbers = [
         f"getFloat16(view, {place}){scale}"
         if field.type == "f16"
@@ -284,7 +284,7 @@ def _set(offset: int, field: Field, value: str, *, part: bool) -> str:
     place = _place(offset, part)
     if (field.numbers, field.type) == (3, "f32"):
         return f"setVec(view, {place}, {value})"
-    if field.numbers > 1 or _share(field) is not None:
+    if field.numbers > 1 or _fraction(field) is not None:
         raise ValueError(f"the page cannot write {field.name}, {_type(field)}")
     order = "" if field.type == "u8" else ", true"
     return f"view.set{_ACCESSORS[field.type]}({place}, {value}{order})"

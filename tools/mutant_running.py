@@ -33,7 +33,7 @@ def run(
     reach: Reach,
     tiers: Mapping[str, str],
     arguments: Sequence[str],
-    most: float,
+    limit: float,
     file: Path,
     jobs: int,
     root: Path,
@@ -46,7 +46,7 @@ def run(
         reach: Who reaches what.
         tiers: An expression for `pytest -m` by the tier's name; empty for all tests.
         arguments: More of pytest's.
-        most: Time that the tests of one mutant took together when they were recorded; others are
+        limit: Time that the tests of one mutant took together when they were recorded; others are
             left out, and counted [s].
         file: JSON: by a mutant's name its path, scope, line, before and after, and by tier a state
             (killed, survived, unreached), by whom, how many tests there were to run, and how many
@@ -60,7 +60,7 @@ def run(
     if not todo:
         return
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(jobs) as pool:
-        runner = Runner(reach, arguments, most)
+        runner = Runner(reach, arguments, limit)
         for i in range(jobs):
             runner.free.put(Checkout(root, Path(folder, str(i))))
         members = runner.members(tiers)
@@ -84,9 +84,9 @@ def run(
 class Runner:
     """Runs tests on mutants, in as many threads as there are copies in `free`."""
 
-    def __init__(self, reach: Reach, arguments: Sequence[str], most: float) -> None:
+    def __init__(self, reach: Reach, arguments: Sequence[str], limit: float) -> None:
         self.free = SimpleQueue[Checkout]()
-        self._most = most
+        self._limit = limit
         self._reach, self._arguments = reach, [*arguments, "-q", "-x"]
         self._sound: dict[str, bool] = {}  # tests by whether they pass without any fault
         self._reading = Lock()  # the database belongs to one thread at a time
@@ -143,7 +143,7 @@ class Runner:
 
     def _affordable(self, tests: list[str]) -> list[str]:
         """Those that fit into the time for a mutant, by turns."""
-        left, chosen = self._most, list[str]()
+        left, chosen = self._limit, list[str]()
         for name in tests:
             if self._reach.seconds[name] <= left:
                 left -= self._reach.seconds[name]

@@ -75,7 +75,7 @@ def main() -> None:
             Reach(options.db, ROOT),
             tiers or {options.mark or "all": options.mark},
             shlex.split(options.pytest),
-            options.most,
+            options.limit,
             options.json,
             options.jobs,
             ROOT,

@@ -25,7 +25,7 @@ from cohaptic_client.devices.hid_devices import unknown_hid
 from cohaptic_client.devices.serial_ports import unknown_ports
 from cohaptic_client.news import is_real_time
 
-MOST_LATE: Final = 0.001  # share of periods that may start late by more than a period: 0.1 %
+MAX_LATE: Final = 0.001  # share of periods that may start late by more than a period: 0.1 %
 MEMORY: Final = 64 << 20  # bytes; a loop's process uses about half of that
 _CLOCKS: Final = ("tsc", "arch_sys_counter", "kvm-clock", "hyperv_clocksource_tsc_page")
 _NODES: Final = ("hidraw*", "ttyACM*", "ttyUSB*")
@@ -107,7 +107,7 @@ def of_measurement(measured: dict[str, Any]) -> list[Finding]:
             "lateness",
             lateness,
             ""
-            if late <= MOST_LATE
+            if late <= MAX_LATE
             else "end other work on this machine, plug in a laptop, switch power saving off",
         ),
     ]

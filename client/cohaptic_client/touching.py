@@ -34,7 +34,7 @@ from cohaptic_client.loop.added import reasons_of
 from cohaptic_client.settings import ClientSettings
 
 AGAIN = 0.5  # s between checks whether this process is in the foreground again
-_MOST = 4096  # bytes of one read; only a line's end matters, not its text
+_LARGEST = 4096  # bytes of one read; only a line's end matters, not its text
 
 
 class EnterKey:
@@ -81,7 +81,7 @@ class EnterKey:
     def _read(self) -> bytes | None:
         """Return bytes of standard input; None at its end, empty after a failed read."""
         try:
-            return os.read(self._source, _MOST) or None
+            return os.read(self._source, _LARGEST) or None
         except OSError:
             # A terminal refuses reads in the background; the process may come to the foreground.
             if not os.isatty(self._source):

@@ -5,7 +5,7 @@ The drivers import `cohaptic_client.devices` and no other part of the client. Re
 
 Terms:
     told: Newest report that a board or service has sent; None if none has come.
-    give: Pass a force [N], or motor currents [A or mA], to the thread or the port that sends it.
+    send: Pass a force [N], or motor currents [A or mA], to the thread or the port that sends it.
     poll: Return the newest report since the last call, without waiting.
     silence: Time without a report from the hardware, or without a force from the loop [s].
     release: Set the force on the hand to zero at once, from any thread.

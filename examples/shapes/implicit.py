@@ -98,8 +98,8 @@ def surface(inside: Callable[[Floats], Floats], low: Floats, high: Floats, cell:
     edges, number = np.unique(triangles.reshape(-1, 2), axis=0, return_inverse=True)
     faces = np.asarray(number).reshape(-1, 3)
     a, b = edges.T
-    share = np.clip(value[a] / (value[a] - value[b]), _OFF_NODE, 1.0 - _OFF_NODE)[:, None]
-    x = (1.0 - share) * nodes[a] + share * nodes[b]
+    fraction = np.clip(value[a] / (value[a] - value[b]), _OFF_NODE, 1.0 - _OFF_NODE)[:, None]
+    x = (1.0 - fraction) * nodes[a] + fraction * nodes[b]
     p, q, r = (x[faces[:, k]] for k in range(3))
     out = (nodes[b] - nodes[a])[faces].sum(axis=1)
     wrong = np.einsum("mi,mi->m", cross(q - p, r - p), out) < 0.0

@@ -61,8 +61,8 @@ def _run(chosen: Experiment, options: Options, to: Files) -> Outcome:
 
         task = bar.add_task(chosen.name, total=1.0)
 
-        def progress(share: float) -> None:
-            bar.update(task, completed=share)
+        def progress(fraction: float) -> None:
+            bar.update(task, completed=fraction)
 
         with styled():
             outcome = chosen.run(options, progress)

@@ -79,10 +79,10 @@ def machines(address: str) -> Generator[Over]:
 def _over(ray: Any, function: Callable[[A], B], parts: Iterable[A]) -> Iterator[B]:
     # Processors that the engine has given to rooms are not counted: a room must not wait for parts.
     task = ray.remote(num_cpus=0, scheduling_strategy="SPREAD")(_with_one_core)
-    most = max(1, round(ray.cluster_resources().get("CPU", 1.0)))
+    limit = max(1, round(ray.cluster_resources().get("CPU", 1.0)))
     waiting, running = deque[Any](), list[Any]()
     for part in parts:
-        if len(running) == most:
+        if len(running) == limit:
             _, running = ray.wait(running)
         running.append(task.remote(function, part))
         waiting.append(running[-1])

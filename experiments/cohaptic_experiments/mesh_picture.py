@@ -41,8 +41,8 @@ def draw_mesh(
     resting = face_area_vectors(mesh.vertices, mesh.faces)
     resting /= np.linalg.norm(resting, axis=1, keepdims=True)
     moved = -np.einsum("fi,fi->f", displacement[mesh.faces].mean(axis=1), resting)
-    shares = np.asarray(scale(1e3 * moved), dtype=np.float64)
-    colors: Floats = np.array(COLORS(shares), dtype=np.float64)  # (m, 4)
+    fractions = np.asarray(scale(1e3 * moved), dtype=np.float64)
+    colors: Floats = np.array(COLORS(fractions), dtype=np.float64)  # (m, 4)
     # Light from one side, and more than half of it from everywhere.
     colors[:, :3] *= (0.65 + 0.35 * np.clip(normals @ _LIGHT, 0.0, 1.0))[:, None]
     surface = Poly3DCollection(

@@ -13,11 +13,11 @@ Progress = Callable[[float], None]  # share of an experiment that is done, 0 to 
 Number = float | int | str | None | list[float] | list[float | None]
 
 
-def part(progress: Progress, begin: float, share: float) -> Progress:
-    """Progress of one part of an experiment that begins at `begin` and is `share` of the whole."""
+def part(progress: Progress, begin: float, fraction: float) -> Progress:
+    """Progress of a part that begins at `begin` and is `fraction` of the experiment."""
 
     def within(done: float) -> None:
-        progress(begin + share * done)
+        progress(begin + fraction * done)
 
     return within
 

@@ -105,12 +105,19 @@ class VirtualUser:
         self.pacer = self.pacer.sent(now)
         self.seq += 1
         tick = self.state.patch.tick if self.state.patch else 0
-        give, own_model = output.give, None
+        deflection, own_model = output.deflection, None
         if (hand := self.own_hand) is not None:
-            give = dot(self._gave.position, self.state.normal)
+            deflection = dot(self._gave.position, self.state.normal)
             own_model = HandModel(hand.mass, hand.damping, hand.stiffness)
         told = ContactSample(
-            self.seq, tick, now, sample.position, output.on_body, output.anchor, give, own_model
+            self.seq,
+            tick,
+            now,
+            sample.position,
+            output.on_body,
+            output.anchor,
+            deflection,
+            own_model,
         )
         return output.force, told.encode()
 
@@ -124,8 +131,8 @@ class VirtualUser:
             return 0.0
         way = sub(self.state.probe, before.probe)
         if self.settings.friction > 0.0:
-            most = (1.0 + self.settings.friction) * max(self.state.k_h, self._max_stiffness())
-            return norm(sub(on_body, previous)) - most * norm(way)
+            largest = (1.0 + self.settings.friction) * max(self.state.k_h, self._max_stiffness())
+            return norm(sub(on_body, previous)) - largest * norm(way)
         change = norm(on_body) - norm(previous)
         explained = max(self.state.k_h, before.k_h) * -dot(self.state.normal, way)
         if self.state.replica is not None:

@@ -119,7 +119,7 @@ def build_room(table: RoomTable, settings: ServerSettings) -> Body:
     demand = wanted(table.users, table.rate, nonlinear=table.nonlinear)
     source = options.of(Path(table.body))
     if is_file(table.body):
-        source = resolved(source.path, options, lambda phase, share: None, logging.info, demand)
+        source = resolved(source.path, options, lambda phase, fraction: None, logging.info, demand)
     return build_body(
         table.body,
         source,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cohaptic_ops.monitoring.overview import Status
 
 TIMEOUT = 5.0  # s for an answer, which normally comes within 0.1 s
-MOST = 16 * 2**20  # bytes of an answer; 200 rooms of 64 users have 3 MB
+LARGEST = 16 * 2**20  # bytes of an answer; 200 rooms of 64 users have 3 MB
 WINDOW = 10  # number of readings over which ticks are counted
 
 
@@ -106,7 +106,7 @@ def read_status(address: str) -> Status:
         # Bypasses proxies of the environment, since the port is on this machine or a tunnel's end.
         opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
         with opener.open(address, timeout=TIMEOUT) as answer:
-            return Status.model_validate_json(answer.read(MOST))
+            return Status.model_validate_json(answer.read(LARGEST))
     except (ValidationError, urllib.error.HTTPError) as error:
         told = f" ({error.code})" if isinstance(error, urllib.error.HTTPError) else ""
         why = f"not the admin port of a cohaptic server{told}; see cohaptic serve --admin"

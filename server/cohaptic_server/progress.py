@@ -20,21 +20,21 @@ class TimeLeft:
     def __init__(self, begin: float) -> None:
         self._begin = begin
 
-    def seconds(self, share: float, now: float) -> float:
+    def seconds(self, fraction: float, now: float) -> float:
         """Return the remaining time [s]; infinite while it is too early for a forecast.
 
         Args:
-            share: Completed fraction of the phase, from 0 to 1.
+            fraction: Completed fraction of the phase, from 0 to 1.
             now: Present time on the clock of `begin` [s].
         """
         spent = now - self._begin
-        if share <= 0.0 or spent < _SOON:
+        if fraction <= 0.0 or spent < _SOON:
             return math.inf
-        return spent * max(0.0, 1.0 - share) / share
+        return spent * max(0.0, 1.0 - fraction) / fraction
 
-    def words(self, share: float, now: float) -> str:
+    def words(self, fraction: float, now: float) -> str:
         """Return the remaining time as a text in min:s, `1:20 left`; empty if it is infinite."""
-        seconds = self.seconds(share, now)
+        seconds = self.seconds(fraction, now)
         if not math.isfinite(seconds):
             return ""
         return f"{int(seconds) // 60}:{int(seconds) % 60:02d} left"

@@ -20,7 +20,7 @@ from cohaptic_server.objects.surface.simplify import count_triangles, simplify
 from cohaptic_uploads.limits import SIZE
 
 _LONGEST = 600  # characters of a sentence about a problem or its remedy
-_MOST_TRIANGLES = 1_000_000  # in a file; examining five million took 2.5 GB and half a minute
+_MAX_TRIANGLES = 1_000_000  # in a file; examining five million took 2.5 GB and half a minute
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,9 +64,9 @@ def examine(path: Path, triangles: int) -> Preview:
         BodyError: The file cannot be read, or its object cannot be touched with any options.
     """
     declared = count_triangles(path)
-    if declared > _MOST_TRIANGLES:
+    if declared > _MAX_TRIANGLES:
         raise BodyError(
-            f"{path}: {declared:,} triangles; the limit of an upload is {_MOST_TRIANGLES:,}."
+            f"{path}: {declared:,} triangles; the limit of an upload is {_MAX_TRIANGLES:,}."
             " Simplify it first"
         )
     source = ObjectFile(path)

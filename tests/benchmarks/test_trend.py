@@ -13,7 +13,7 @@ TIMES = np.linspace(0.0, 60.0, 13)
 def test_a_line_has_its_own_growth() -> None:
     found = trend(TIMES.tolist(), (5.0 + 0.5 * TIMES).tolist())
     assert found.least == pytest.approx(30.0)
-    assert found.most == pytest.approx(30.0)
+    assert found.limit == pytest.approx(30.0)
     assert found.verdict(29.0) == "grows"
     assert found.verdict(31.0) == "steady"
 
@@ -25,7 +25,7 @@ def test_the_interval_holds_the_truth_as_often_as_it_says(growth: float) -> None
     for _ in range(2000):
         looks = growth / 60.0 * TIMES + chance.normal(0.0, 10.0, len(TIMES))
         found = trend(TIMES.tolist(), looks.tolist())
-        held += found.least <= growth <= found.most
+        held += found.least <= growth <= found.limit
     assert 0.93 <= held / 2000 <= 0.97  # four standard deviations of 2,000 trials are 0.02
 
 

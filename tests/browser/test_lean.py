@@ -14,7 +14,7 @@ from tests.browser.visitor import PHONE, Look, Visitor
 pytestmark = pytest.mark.live
 
 WIDE = Look(1024, 720)
-MOST = 30.0  # degrees (web/src/view/pointing/lean.ts)
+LARGEST = 30.0  # degrees (web/src/view/pointing/lean.ts)
 SAME = 1e-3  # m; places are those of the surface as others and the own dent have it
 
 
@@ -49,7 +49,7 @@ def lifted(visitor: Visitor) -> bool:
 
 
 def leant(visitor: Visitor) -> None:
-    visitor.until(lambda: lean(visitor) == pytest.approx(MOST, abs=12.0), "the camera to lean")
+    visitor.until(lambda: lean(visitor) == pytest.approx(LARGEST, abs=12.0), "the camera to lean")
     seen: list[float] = [math.nan]
 
     def rests() -> bool:

@@ -5,7 +5,7 @@ import typer
 from typer.testing import CliRunner
 
 from cohaptic_client.doctor import (
-    MOST_LATE,
+    MAX_LATE,
     Finding,
     doctor,
     of_clock,
@@ -36,7 +36,7 @@ def advised(found: list[Finding]) -> set[str]:
         ("scheduling", "nice -10", "scheduling"),
         ("scheduling", "normal", "scheduling"),
         ("compiled", "plain Python: no compiled modules", "loop"),
-        ("late_by_a_period", 1.01 * MOST_LATE, "lateness"),
+        ("late_by_a_period", 1.01 * MAX_LATE, "lateness"),
     ],
 )
 def test_what_it_lacks_is_named_with_what_to_do(key: str, value: object, subject: str) -> None:

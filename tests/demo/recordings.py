@@ -83,9 +83,9 @@ def dragged(scene: Scene, body: Body, *, seconds: float, delay: float) -> list[R
     for user, name in enumerate(scene.names):
         script, recording = scene.script(user), blank(name, t)
         intention = script.intention(info.center, info.radius)
-        share: Floats = late if user == RIGHT else level[0]
+        fraction: Floats = late if user == RIGHT else level[0]
         off, on = true.rest.force[user], true.dragged.force[user]
-        force: Floats = off[:, None] + (on - off)[:, None] * share
+        force: Floats = off[:, None] + (on - off)[:, None] * fraction
         wanted = np.array([intention.tip(at) for at in level[user]]).T
         recording.columns.update(zip(("fx", "fy", "fz"), force, strict=True))
         tip = wanted + force / script.hand.stiffness

@@ -35,7 +35,7 @@ def test_more_hands_than_a_machine_bears_are_refused_with_the_number_that_it_bea
     assume(machine.load(MAX_USERS, LOWEST) * machine.free > 1.0)
     with pytest.raises(SettingError, match="users is 16; it must be at most") as refused:
         rate_for(machine, MAX_USERS, None)
-    most = int(str(refused.value).partition("at most ")[2].partition(" ")[0])
-    rate_for(machine, most, None)
-    with pytest.raises(SettingError, match=f"at most {most} at 30 Hz on this machine"):
-        rate_for(machine, most + 1, None)
+    limit = int(str(refused.value).partition("at most ")[2].partition(" ")[0])
+    rate_for(machine, limit, None)
+    with pytest.raises(SettingError, match=f"at most {limit} at 30 Hz on this machine"):
+        rate_for(machine, limit + 1, None)

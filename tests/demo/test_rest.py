@@ -10,7 +10,7 @@ from cohaptic_tools.demo.analysis import STEP
 from cohaptic_tools.demo.rest import (
     AT_LIMIT,
     RIPPLE,
-    RIPPLE_SHARE,
+    RIPPLE_FRACTION,
     Rest,
     judge,
     judge_stretch,
@@ -44,19 +44,21 @@ def wave(amplitude: float | Floats, hz: float = 4.0, size: float = SIZE) -> Floa
 
 
 @given(st.floats(0.0, 9.0), st.floats(0.0, 0.49))
-def test_a_force_at_rest_may_ripple_by_less_than_a_finger_feels(size: float, share: float) -> None:
-    """By `RIPPLE`, or `RIPPLE_SHARE` of itself, peak to peak."""
-    allowed = max(RIPPLE, RIPPLE_SHARE * size)
-    assert found(wave(share * allowed, size=size)) is Rest.RESTS
+def test_a_force_at_rest_may_ripple_by_less_than_a_finger_feels(
+    size: float, fraction: float
+) -> None:
+    """By `RIPPLE`, or `RIPPLE_FRACTION` of itself, peak to peak."""
+    allowed = max(RIPPLE, RIPPLE_FRACTION * size)
+    assert found(wave(fraction * allowed, size=size)) is Rest.RESTS
 
 
 @given(st.floats(0.0, 9.0), st.floats(0.55, 20.0), st.floats(2.0, 12.0))
 @settings(max_examples=examples(40))
 def test_one_that_ripples_more_without_dying_is_unstable(
-    size: float, share: float, hz: float
+    size: float, fraction: float, hz: float
 ) -> None:
-    allowed = max(RIPPLE, RIPPLE_SHARE * size)
-    assert found(wave(share * allowed, hz, size)) is Rest.UNSTABLE
+    allowed = max(RIPPLE, RIPPLE_FRACTION * size)
+    assert found(wave(fraction * allowed, hz, size)) is Rest.UNSTABLE
 
 
 @given(st.floats(0.5, 3.0), st.floats(3.0, 10.0))

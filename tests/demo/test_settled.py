@@ -49,12 +49,12 @@ def test_hands_that_are_wedged_far_from_their_places_do_not_rest(
     """A soft limb has such equilibria beside those that a press finds; tips hardly move there."""
     placement = replace(standing[0], depth=0.002)
     real = reference
-    for share, resting in ((1.0, True), (30.0, False)):
+    for fraction, resting in ((1.0, True), (30.0, False)):
 
-        def wedged(*args: Any, share: float = share, **more: Any) -> Equilibrium:
+        def wedged(*args: Any, fraction: float = fraction, **more: Any) -> Equilibrium:
             found = real(*args, **more)
             own = np.diag(np.diag(found.compliance))
-            return replace(found, compliance=own + share * (found.compliance - own))
+            return replace(found, compliance=own + fraction * (found.compliance - own))
 
         monkeypatch.setattr(settled, "reference", wedged)
         assert rests(rubber, placement) == resting
@@ -76,13 +76,13 @@ def test_a_contact_that_becomes_stiffer_than_a_device_does_not_rest(
 
 def test_hands_press_as_deep_as_they_rest(rubber: RubberSolid, standing: list[Placement]) -> None:
     deep = [replace(placement, depth=0.06) for placement in standing]
-    shares: list[float] = []
-    found = first_that_rests(rubber, deep, shares.append)
+    fractions: list[float] = []
+    found = first_that_rests(rubber, deep, fractions.append)
     assert rests(rubber, found)
     assert 0.0 < found.depth < 0.06
-    assert shares == sorted(shares)
-    assert shares[0] == 0.0
-    assert shares[-1] < 1.0
+    assert fractions == sorted(fractions)
+    assert fractions[0] == 0.0
+    assert fractions[-1] < 1.0
 
 
 class Answers:
@@ -114,7 +114,7 @@ def chosen(
     monkeypatch.setattr(settled, "at_rest", answers)
     three = [replace(standing[0], depth=0.01, distances=(float(i), 1.0)) for i in range(3)]
     body: Any = None
-    found = first_that_rests(body, three, lambda share: None)
+    found = first_that_rests(body, three, lambda fraction: None)
     return int(found.distances[0]), round(found.depth, 4)
 
 

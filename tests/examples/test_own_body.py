@@ -51,9 +51,9 @@ def test_a_push_on_every_vertex_moves_it_by_the_springs_alone(body: Body) -> Non
     vertices = np.arange(len(body.mesh.vertices))
     area = float(body.mesh.quadrature.areas.sum())
     corners = body.mesh.quadrature.vertices
-    share = np.zeros(len(vertices))
-    np.add.at(share, corners, body.mesh.quadrature.areas[:, None] * np.full((1, 3), 1.0 / 3.0))
-    load = Load(vertices, share / share.sum(), np.array([1.0, 0.0, 0.0]), 2.0)
+    fraction = np.zeros(len(vertices))
+    np.add.at(fraction, corners, body.mesh.quadrature.areas[:, None] * np.full((1, 3), 1.0 / 3.0))
+    load = Load(vertices, fraction / fraction.sum(), np.array([1.0, 0.0, 0.0]), 2.0)
     moved = body.respond([load]).displacement
     assert moved[:, 0] == pytest.approx(2.0 / (FOUNDATION * area), rel=1e-6)
     assert np.abs(moved[:, 1:]).max() < 1e-12

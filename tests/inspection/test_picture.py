@@ -42,8 +42,8 @@ def drawn(path: Path, **more: Any) -> npt.NDArray[Any]:
 def orange(image: npt.NDArray[Any]) -> Floats:
     """Pixels of the outline in the view from above, as shares of its width and height, (n, 2)."""
     height, width = image.shape[:2]
-    left, right = (round(share * width) for share in (0.01, 0.43))
-    top, bottom = (round(share * height) for share in (0.54, 0.95))
+    left, right = (round(fraction * width) for fraction in (0.01, 0.43))
+    top, bottom = (round(fraction * height) for fraction in (0.54, 0.95))
     view = image[top:bottom, left:right]
     seen = np.argwhere((view[..., 0] > 0.7) & (view[..., 1] < 0.5) & (view[..., 2] < 0.25))
     return np.asarray(seen[:, ::-1] / np.array([right - left, bottom - top]))

@@ -26,13 +26,13 @@ def choose(
     radius: float,
     reach: float,
     path: tuple[Floats, float, float],
-    most: int,
+    limit: int,
 ) -> Chosen:
     """The window of a contact; the path is its direction, its length and its half width."""
     found = body.windows
     direction, length, half_width = path
     found.search.choose(
-        foot, normal, radius, reach, direction, length, body.mesh.spacing, half_width, most
+        foot, normal, radius, reach, direction, length, body.mesh.spacing, half_width, limit
     )
     search = found.search
     return Chosen(

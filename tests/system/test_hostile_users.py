@@ -23,7 +23,7 @@ from tests.examples_of_laws import examples
 
 pytestmark = pytest.mark.usefixtures("kernels")
 
-MOST_IN_A_PERIOD, MOST_IN_20_MS = 0.1, 1.5  # N, on the hand of a victim
+MAX_IN_A_PERIOD, MAX_IN_20_MS = 0.1, 1.5  # N, on the hand of a victim
 Attack = Callable[[int, int], tuple[Vec3, Vec3]]  # attacker, tick -> probe [m], force [N]
 Anchors = Callable[[int, int], Vec3 | None]  # attacker, tick -> point that it says it holds [m]
 
@@ -126,8 +126,8 @@ ATTACKS: Sequence[Attack] = (alternating, hammering, crushing, leaping, sweeping
 def test_nobody_jolts_a_resting_hand(balloon: Balloon, attack: Attack, attackers: int) -> None:
     session, victim = attacked(balloon, attack, attackers)
     in_a_period, in_20_ms = jolts(victim)
-    assert in_a_period <= MOST_IN_A_PERIOD
-    assert in_20_ms <= MOST_IN_20_MS
+    assert in_a_period <= MAX_IN_A_PERIOD
+    assert in_20_ms <= MAX_IN_20_MS
     # It is still there, and hears of the body.
     assert victim.number in session.room.members
     assert victim.ticks[-1] > session.room.world.tick - 10
@@ -159,8 +159,8 @@ def test_nobody_jolts_a_resting_hand_by_where_it_says_that_it_holds_on(
 ) -> None:
     session, victim = attacked(balloon, attack, attackers, anchors=anchors, seconds=2.0)
     in_a_period, in_20_ms = jolts(victim)
-    assert in_a_period <= MOST_IN_A_PERIOD
-    assert in_20_ms <= MOST_IN_20_MS
+    assert in_a_period <= MAX_IN_A_PERIOD
+    assert in_20_ms <= MAX_IN_20_MS
     assert victim.number in session.room.members
 
 
@@ -172,7 +172,7 @@ def test_when_they_are_gone_everything_is_as_before(balloon: Balloon, attack: At
         session.room.leave(number)
     session.run(6.0)
     assert victim.force[-1] == pytest.approx(before, rel=0.01)
-    assert jolts(victim)[0] <= MOST_IN_A_PERIOD
+    assert jolts(victim)[0] <= MAX_IN_A_PERIOD
 
 
 wild = st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.2, 0.2))
@@ -195,8 +195,8 @@ def test_whatever_samples_they_send(
 
     session, victim = attacked(balloon, attack, attackers, seconds=1.5)
     in_a_period, in_20_ms = jolts(victim)
-    assert in_a_period <= MOST_IN_A_PERIOD
-    assert in_20_ms <= MOST_IN_20_MS
+    assert in_a_period <= MAX_IN_A_PERIOD
+    assert in_20_ms <= MAX_IN_20_MS
     assert victim.number in session.room.members
 
 

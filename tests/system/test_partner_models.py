@@ -235,14 +235,14 @@ def test_who_presses_on_a_device_that_damps_nothing_costs_the_others_a_third_at_
     assert bare <= 4.0 / 3.0 * damped
 
 
-MOST_IN_A_PERIOD, MOST_IN_20_MS = 0.1, 1.5  # N, on the hand of a victim, as in test_hostile_users
+MAX_IN_A_PERIOD, MAX_IN_20_MS = 0.1, 1.5  # N, on the hand of a victim, as in test_hostile_users
 TOUCHED, ABOVE = 0.095, 0.106  # m from the middle of the balloon
 Told = tuple[float, float, float, float]  # distance [m], force [N], give [m], time [s]
 ATTACKS: dict[str, Callable[[int], Told]] = {
-    "a give that swings": lambda k: (TOUCHED, 3.0, 10.0 * (-1.0) ** k, k / 60.0),
-    "a give that comes and goes": lambda k: (TOUCHED, 3.0, 0.5 * (k // 30 % 2), k / 60.0),
+    "a deflection that swings": lambda k: (TOUCHED, 3.0, 10.0 * (-1.0) ** k, k / 60.0),
+    "a deflection that comes and goes": lambda k: (TOUCHED, 3.0, 0.5 * (k // 30 % 2), k / 60.0),
     "a give in the air": lambda k: (ABOVE, 0.0, 10.0 * (k // 60 % 2), k / 60.0),
-    "a give that comes from out of reach": lambda k: (
+    "a deflection that comes from out of reach": lambda k: (
         (ABOVE, 0.2)[k // 30 % 2], 0.0, (-10.0, 10.0)[k // 60 % 2], k / 60.0,
     ),
     "times without a step": lambda k: (
@@ -281,18 +281,18 @@ def test_what_others_tell_of_themselves_is_little_felt(
     """
     session, number = attacked(small_balloon, models=changing is None)
     for k in range(300):
-        distance, force, give, t = ATTACKS[attack](k)
+        distance, force, deflection, t = ATTACKS[attack](k)
         own_model = None if changing is None else (LIGHTEST, HEAVIEST)[k // changing % 2]
         told = ContactSample(
-            k + 1, session.room.world.tick, t, scale(OUT, distance), scale(OUT, force), give=give,
-            own_model=own_model,
+            k + 1, session.room.world.tick, t, scale(OUT, distance), scale(OUT, force),
+            deflection=deflection, own_model=own_model,
         )  # fmt: skip
         session.room.sample(number, ContactSample.decode(told.encode()), session.now)
         session.run(1.0 / 60.0)
     for user in session.users.values():
         felt = np.array(user.force[3000:])
-        assert np.abs(np.diff(felt)).max() <= MOST_IN_A_PERIOD
-        assert np.abs(felt[20:] - felt[:-20]).max() <= MOST_IN_20_MS
+        assert np.abs(np.diff(felt)).max() <= MAX_IN_A_PERIOD
+        assert np.abs(felt[20:] - felt[:-20]).max() <= MAX_IN_20_MS
 
 
 @pytest.mark.parametrize("changing", [None, 1, 1000], ids=["moves", "flickers", "changed once"])
@@ -311,7 +311,7 @@ def test_who_tells_no_force_is_felt_with_a_newton_at_most(
         own_model = LIGHTEST if k and (changing == 1000 or k % 2) else HEAVIEST
         told = ContactSample(
             k + 1, session.room.world.tick, k / 60.0, scale(OUT, distance), (0.0, 0.0, 0.0),
-            give=10.0, own_model=None if changing is None else own_model,
+            deflection=10.0, own_model=None if changing is None else own_model,
         )  # fmt: skip
         session.room.sample(number, ContactSample.decode(told.encode()), session.now)
         session.run(1.0 / 60.0)

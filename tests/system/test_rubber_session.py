@@ -58,11 +58,11 @@ def resting(body: RubberBalloon, hands: list[HandScript]) -> list[RestingHand]:
 
 
 @pytest.mark.parametrize(
-    ("way", "most"),
+    ("way", "limit"),
     [((-1.0, 0.0, 0.0), 30.0), ((0.0, 0.0, -1.0), 10.0), ((-0.6, 0.64, 0.48), 30.0)],
 )
 def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
-    rubber: RubberBalloon, way: Vec3, most: float
+    rubber: RubberBalloon, way: Vec3, limit: float
 ) -> None:
     """In, held for a second, and out again; a device of 10 N, and one of 30 N."""
     faces, state = rubber.mesh.faces, WorldState()
@@ -72,7 +72,7 @@ def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
     for tick, s in enumerate(path, start=1):
         probe = (start[0] + s * way[0], start[1] + s * way[1], start[2] + s * way[2])
         touch = Touch(
-            who=Participant(user=1, law=Law.PREDICTIVE, max_stiffness=2000.0, max_force=most),
+            who=Participant(user=1, law=Law.PREDICTIVE, max_stiffness=2000.0, max_force=limit),
             probe=probe,
             force=scale(way, -force),
             seq=tick,
@@ -82,7 +82,7 @@ def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
         )
         state, patches = advance(TouchedBody(rubber), state, [touch], now=tick * DT, dt=DT)
         patch = patches[1]
-        force = min(most, max(0.0, patch.k_h * dot(sub(patch.x_free, probe), patch.normal)))
+        force = min(limit, max(0.0, patch.k_h * dot(sub(patch.x_free, probe), patch.normal)))
         hardest = max(hardest, norm(patch.own_force))
         assert state.response is not None
         moved = state.response.displacement
@@ -93,7 +93,7 @@ def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
         assert np.abs(moved - before).max() < 1.05 * MAX_MOVE + CHORD
         # No triangle is folded onto its neighbour. Under 10 N normals turn by less than 90 degrees;
         # 30 N on one place, more than such a balloon carries, crease it by up to 120.
-        assert sharpest_fold(x, faces) > (0.0 if most <= 10.0 else -0.6)
+        assert sharpest_fold(x, faces) > (0.0 if limit <= 10.0 else -0.6)
         before = moved
     assert np.abs(before).max() < 1e-4
     assert hardest > 4.0

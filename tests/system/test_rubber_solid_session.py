@@ -39,7 +39,7 @@ def soft() -> RubberSolid:
 
 
 @pytest.mark.parametrize(
-    ("way", "young", "most"),
+    ("way", "young", "limit"),
     [
         ((-1.0, 0.0, 0.0), 2e4, 30.0),
         ((-0.6, 0.64, -0.48), 2e4, 10.0),
@@ -48,7 +48,7 @@ def soft() -> RubberSolid:
     ],
 )
 def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
-    young: float, way: Vec3, most: float
+    young: float, way: Vec3, limit: float
 ) -> None:
     """In, held for half a second, and out again; a device of 10 N, and one of 30 N."""
     body = ball(young)
@@ -59,7 +59,7 @@ def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
     for tick, s in enumerate(path, start=1):
         probe = (start[0] + s * way[0], start[1] + s * way[1], start[2] + s * way[2])
         touch = Touch(
-            who=Participant(user=1, law=Law.PREDICTIVE, max_stiffness=2000.0, max_force=most),
+            who=Participant(user=1, law=Law.PREDICTIVE, max_stiffness=2000.0, max_force=limit),
             probe=probe,
             force=scale(way, -force),
             seq=tick,
@@ -69,7 +69,7 @@ def test_a_probe_driven_to_the_opposite_wall_at_one_metre_per_second(
         )
         state, patches = advance(TouchedBody(body), state, [touch], now=tick * DT, dt=DT)
         patch = patches[1]
-        force = min(most, max(0.0, patch.k_h * dot(sub(patch.x_free, probe), patch.normal)))
+        force = min(limit, max(0.0, patch.k_h * dot(sub(patch.x_free, probe), patch.normal)))
         hardest = max(hardest, norm(patch.own_force))
         response = state.response
         assert isinstance(response, RubberSolidResponse)

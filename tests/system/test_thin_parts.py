@@ -35,8 +35,8 @@ class Dip:
 
     def at(self, t: float) -> Vec3:
         """Position of the tip [m]."""
-        share = min(1.0, max(0.0, t - 0.3))
-        return (0.001, 0.002, self.face + self.out * (0.01 - (0.01 + self.depth) * share))
+        fraction = min(1.0, max(0.0, t - 0.3))
+        return (0.001, 0.002, self.face + self.out * (0.01 - (0.01 + self.depth) * fraction))
 
 
 @pytest.fixture(scope="module")

@@ -128,10 +128,10 @@ class Touch:
 
     def read(self, now: float) -> DeviceSample:
         """The device's part of a period."""
-        share = min(1.0, max(0.0, (self._n - APPROACH) / 200.0))
-        moving = 0.0 < share < 1.0
+        fraction = min(1.0, max(0.0, (self._n - APPROACH) / 200.0))
+        moving = 0.0 < fraction < 1.0
         velocity = (0.0, 0.0, -2.0 * DEPTH / (200.0 * PERIOD) if moving else 0.0)
-        return DeviceSample((0.0, 0.0, DEPTH - 2.0 * DEPTH * share), velocity)
+        return DeviceSample((0.0, 0.0, DEPTH - 2.0 * DEPTH * fraction), velocity)
 
     def write(self, force: Vec3) -> None:
         """The device's other part."""

@@ -23,7 +23,7 @@ _FEW = 24  # numbers of a text that count as near its start
 VALUES = (0, -1, float("nan"), float("inf"), 1e38, 2**31, 2**32 - 1)
 _TEXTS = (b"0", b"-1", b"nan", b"inf", b"1e38", b"2147483648", b"4294967295")
 LONGEST = 200_000  # bytes that repeating a block may add
-_MOST_BITS = 8  # bits or bytes that one mutation changes
+_MAX_BITS = 8  # bits or bytes that one mutation changes
 
 Mutation = Callable[[bytes, Random], bytes]
 
@@ -62,7 +62,7 @@ def truncate(data: bytes, draw: Random) -> bytes:
 def flip_bits(data: bytes, draw: Random) -> bytes:
     """Flip a few single bits."""
     changed = bytearray(data)
-    for _ in range(draw.randint(1, _MOST_BITS)):
+    for _ in range(draw.randint(1, _MAX_BITS)):
         at = min(_place(data, draw), len(data) - 1)
         changed[at] ^= 1 << draw.randrange(8)
     return bytes(changed)
@@ -71,15 +71,15 @@ def flip_bits(data: bytes, draw: Random) -> bytes:
 def set_bytes(data: bytes, draw: Random) -> bytes:
     """Set a few neighbouring bytes at random."""
     start = _place(data, draw)
-    drawn = draw.randbytes(draw.randint(1, _MOST_BITS))
+    drawn = draw.randbytes(draw.randint(1, _MAX_BITS))
     return data[:start] + drawn + data[start + len(drawn) :]
 
 
 def repeat_block(data: bytes, draw: Random) -> bytes:
     """Put a block in once more behind itself; one of four times as often as `LONGEST` allows."""
     start, end = _places(data, draw, 2)
-    most = LONGEST // max(1, end - start) if draw.random() < 0.25 else 1
-    times = int(2.0 ** draw.uniform(0.0, max(1, most).bit_length() - 1))
+    largest = LONGEST // max(1, end - start) if draw.random() < 0.25 else 1
+    times = int(2.0 ** draw.uniform(0.0, max(1, largest).bit_length() - 1))
     return data[:end] + data[start:end] * times + data[end:]
 
 
@@ -131,8 +131,8 @@ MUTATIONS: dict[str, Mutation] = {
 # Numbers and bits leave most of the syntax as it is.
 _WEIGHTS = (1, 3, 1, 2, 2, 2, 5, 3)
 _WHOLE = 0.2  # share of packed files that are mutated as they lie on the disk
-_MORE = 0.3  # probability of one more mutation, up to `_MOST`
-_MOST = 4
+_MORE = 0.3  # probability of one more mutation, up to `_LARGEST`
+_LARGEST = 4
 
 
 def mutated(draft: Draft, draw: Random) -> tuple[Draft, tuple[str, ...]]:
@@ -140,7 +140,7 @@ def mutated(draft: Draft, draw: Random) -> tuple[Draft, tuple[str, ...]]:
     if draw.random() < _WHOLE:
         draft = draft.whole()
     names: list[str] = []
-    while not names or (len(names) < _MOST and draw.random() < _MORE):
+    while not names or (len(names) < _LARGEST and draw.random() < _MORE):
         index = draw.randrange(len(draft.pieces))
         piece = draft.pieces[index]
         if not piece:

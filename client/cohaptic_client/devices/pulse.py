@@ -82,14 +82,14 @@ def verdict(name: str, ways: list[float]) -> str:
     Raises:
         DeviceError: The tip moved against every knock: an object would pull it in.
     """
-    most = 1e3 * max(ways, key=abs)
+    largest = 1e3 * max(ways, key=abs)
     if all(way < -CLEAR for way in ways):
         raise DeviceError(
             name,
-            f"it moved against each of its knocks, by {-most:.1f} mm: an object would pull it in",
+            f"it moved against each of its knocks, by {-largest:.1f} mm; an object would pull it",
             "hold it loosely and try again; if it does so again, turn round the direction of its "
             "motor in the file of the unit, and touch nothing with it before",
         )
     if all(way > CLEAR for way in ways):
-        return f"it moved with each of its knocks, by {most:.1f} mm: it pushes where it should"
+        return f"it moved with each of its knocks, by {largest:.1f} mm: it pushes where it should"
     return "it moved too little to tell whether it pushes where it should; hold it loosely for that"

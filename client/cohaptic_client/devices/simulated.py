@@ -130,13 +130,13 @@ class SimulatedDevice:
         while len(self._reports) > 1 and self._reports[1][0] <= now - self._info.latency + 1e-9:
             self._reports.popleft()
         if passed > 0.0:
-            share = passed / (passed + _VELOCITY_FILTER)
+            fraction = passed / (passed + _VELOCITY_FILTER)
             way = scale(sub(self._reports[0][1], self._seen), 1.0 / passed)
             v = self._velocity
             self._velocity = (
-                v[0] + share * (way[0] - v[0]),
-                v[1] + share * (way[1] - v[1]),
-                v[2] + share * (way[2] - v[2]),
+                v[0] + fraction * (way[0] - v[0]),
+                v[1] + fraction * (way[1] - v[1]),
+                v[2] + fraction * (way[2] - v[2]),
             )
         self._seen = self._reports[0][1]
 

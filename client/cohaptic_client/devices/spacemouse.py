@@ -96,10 +96,10 @@ def _deflection(data: bytes, start: int) -> Vec3:
     x, y, z = (
         int.from_bytes(data[i : i + 2], "little", signed=True) for i in range(start, start + 6, 2)
     )
-    return (_share(x), _share(-y), _share(-z))
+    return (_fraction(x), _fraction(-y), _fraction(-z))
 
 
-def _share(counts: int) -> float:
+def _fraction(counts: int) -> float:
     return max(-1.0, min(1.0, counts / FULL_SCALE))
 
 
@@ -108,7 +108,7 @@ VENDORS = (0x256F, 0x046D)
 
 _NAME = "spacemouse"
 _LONGEST_REPORT = 64  # bytes; the most that full-speed USB allows
-_MOST_REPORTS = 128  # per read; twice Linux's queue; a limit, so that no device holds up the loop
+_MAX_REPORTS = 128  # per read; twice Linux's queue; a limit, so that no device holds up the loop
 _MAX_GAP = 0.02  # s; after a longer stall of the process the tip goes on from its last position
 _MULTI_AXIS = (0x01, 0x08)  # HID usage page and usage: generic desktop, multi-axis controller
 _UNKNOWN_USAGE = (0x00, 0x00)  # hidapi's libusb backend does not read the usage
@@ -209,7 +209,7 @@ class SpaceMouse:
     def _drain(self) -> None:
         """Read the queued reports; use the newest deflection, and count the others as skipped."""
         newest: Vec3 | None = None
-        for _ in range(_MOST_REPORTS):
+        for _ in range(_MAX_REPORTS):
             report = self._next_report()
             if not report:
                 break

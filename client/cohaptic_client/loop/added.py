@@ -17,7 +17,7 @@ from cohaptic.control.laws.model import LocalForce, depth_alone
 from cohaptic.errors import SettingError
 from cohaptic.extensions import ExtensionError, adder, load
 from cohaptic.extensions import added as names_of
-from cohaptic.status.row import COLUMNS, MOST_RULES
+from cohaptic.status.row import COLUMNS, MAX_RULES
 from cohaptic.vec import Vec3, dot, norm, scale
 from cohaptic_client.loop.added_rule import AddedRule
 from cohaptic_client.loop.chain import CHAIN
@@ -68,7 +68,7 @@ class Contact:
         self.velocity: Vec3 = period.sample.velocity
         self.speed_in: float = -dot(self.normal, self.velocity)
         self.moved_in: float = period.moved_in
-        self.budget: float = period.most
+        self.budget: float = period.max_change
         self.dt: float = period.counted
         self.force: Vec3 = period.asked
         self.added_stiffness: float = 0.0
@@ -204,9 +204,9 @@ def check_rules(names: tuple[str, ...], law: Law = DEFAULT_LAW) -> None:
         SettingError: There is no such rule, or they do not go together.
         ExtensionError: A rule cannot be loaded, or its name names no column of a recording.
     """
-    if len(names) > MOST_RULES:
+    if len(names) > MAX_RULES:
         raise SettingError(
-            "--rule", f"given {len(names)} times", f"given {MOST_RULES} times at most"
+            "--rule", f"given {len(names)} times", f"given {MAX_RULES} times at most"
         )
     for name in names:
         if name not in names_of(GROUP):

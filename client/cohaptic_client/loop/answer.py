@@ -42,7 +42,7 @@ class Own(NamedTuple):
     Fields:
         k_h: Gain of its law [N/m].
         c_ii: Compliance of its contact in the newest patch [m/N].
-        most: Largest force on it [N].
+        max_force: Largest force on it [N].
         given: Share of the law's force that the safety layer gives, 0 to 1.
         max_stiffness: Largest stiffness that its device renders stably [N/m].
         moved_in: Displacement into the surface since the last period [m].
@@ -53,7 +53,7 @@ class Own(NamedTuple):
 
     k_h: float
     c_ii: float
-    most: float
+    max_force: float
     given: float
     max_stiffness: float
     moved_in: float
@@ -63,13 +63,13 @@ class Own(NamedTuple):
 
 
 # Above 60 lines: one system of forces, solved for the last tips, for these, and for the new wishes.
-def answer(replica: Replica, sight: Sight, share: float, own: Own, dt: float) -> Answer:
+def answer(replica: Replica, sight: Sight, fraction: float, own: Own, dt: float) -> Answer:
     """Compute the forces of all hands in a period.
 
     Args:
         replica: Models after the last period.
         sight: Surface of the patches at the probe.
-        share: Completed fraction of the move to the newest patch, 0 to 1.
+        fraction: Completed fraction of the move to the newest patch, 0 to 1.
         own: The own hand.
         dt: Time since the last period [s].
     """
@@ -78,19 +78,19 @@ def answer(replica: Replica, sight: Sight, share: float, own: Own, dt: float) ->
     forces, wishes, weight, shift = [0.0], replica.wishes, 0.0, 0.0
     explained = wished = 0.0
     if own.k_h > 0.0:
-        numbers = shown_numbers(replica, share)
+        numbers = shown_numbers(replica, fraction)
         weight = own.trusted * numbers[0]
-        C, most, without = _coupling(replica, numbers, weight, own, dt)
+        C, max_force, without = _coupling(replica, numbers, weight, own, dt)
         wanted = [numbers[at(j)] for j in range(len(replica.news.partners))]
         old = wishes or wanted
         depth, before = [sight.depth + without], [sight.depth + without - own.moved_in]
-        # (3.15) x_j = q_j - y'_j, with q_j = wish and y'_j = give.y; the own x as it is
-        for wish, give in zip(old, replica.gives[1:], strict=True):
-            depth.append(wish - give.y)
-            before.append(wish - give.y + dt * give.v)
+        # (3.15) x_j = q_j - y'_j, with q_j = wish and y'_j = deflection.y; the own x as it is
+        for wish, deflection in zip(old, replica.deflections[1:], strict=True):
+            depth.append(wish - deflection.y)
+            before.append(wish - deflection.y + dt * deflection.v)
         # (3.15) C f = x, where hands press
-        forces = contact_forces(C, depth, most, replica.forces)
-        stiff = stiffness(C, forces, most)
+        forces = contact_forces(C, depth, max_force, replica.forces)
+        stiff = stiffness(C, forces, max_force)
         least = 1.0 / C[0][0]
         if stiff[0] > _ROUNDING * max(least, own.max_stiffness):
             # The device cannot render this: take as much less of what the models answer.
@@ -100,17 +100,17 @@ def answer(replica: Replica, sight: Sight, share: float, own: Own, dt: float) ->
             depth[0] -= (1.0 - less) * without
             before[0] -= (1.0 - less) * without
             without *= less
-            forces = contact_forces(C, depth, most, forces)
-            stiff = stiffness(C, forces, most)
-        then = contact_forces(C, before, most, forces)
+            forces = contact_forces(C, depth, max_force, forces)
+            stiff = stiffness(C, forces, max_force)
+        then = contact_forces(C, before, max_force, forces)
         for k in range(1, len(depth)):
             explained -= C[0][k] * (forces[k] - then[k])
         further = [a - b for a, b in zip(wanted, old, strict=True)]
         # The models' own motion counts as far as the own motion may have made it: nothing is
         # explained to a hand at rest.
         at_once = max(0.0, stiff[0] * C[0][0] - 1.0) * own.moved_in
-        most_moved = _ANSWERED * own.speed * dt  # (3.15, Held back)
-        explained = at_once + max(-most_moved, min(most_moved, explained - at_once))
+        max_moved = _ANSWERED * own.speed * dt  # (3.15, Held back)
+        explained = at_once + max(-max_moved, min(max_moved, explained - at_once))
         moved = (own.moved_in + explained) / C[0][0]
         if moved * explained <= 0.0:
             moved = 0.0
@@ -118,7 +118,7 @@ def answer(replica: Replica, sight: Sight, share: float, own: Own, dt: float) ->
             moved = explained / C[0][0]
         changes = _changes(C, depth, forces, stiff, further, moved, own.wish_rate * dt)
         changes, forces, wished = _within(
-            C, depth, most, forces, changes, moved, own.wish_rate * dt
+            C, depth, max_force, forces, changes, moved, own.wish_rate * dt
         )
         wishes = [a + b for a, b in zip(old, changes, strict=True)]
         shift = without
@@ -153,7 +153,7 @@ def _allowed(wished: float, moved: float, rate: float) -> float:
 def _within(
     C: list[list[float]],
     depth: list[float],
-    most: list[float],
+    max_force: list[float],
     answered: list[float],
     changes: list[float],
     moved: float,
@@ -167,7 +167,7 @@ def _within(
     Args:
         C: As for `_changes`.
         depth: As for `_changes`.
-        most: Largest force of each hand, shape (n,) [N].
+        max_force: Largest force of each hand, shape (n,) [N].
         answered: Forces before these changes, shape (n,) [N].
         changes: From `_changes`, shape (n - 1,) [m].
         moved: As for `_allowed` [N].
@@ -177,7 +177,7 @@ def _within(
         tried = list(depth)
         for k, change in enumerate(changes, start=1):
             tried[k] += change
-        forces, wished = contact_forces(C, tried, most, answered), 0.0
+        forces, wished = contact_forces(C, tried, max_force, answered), 0.0
         for k in range(1, len(depth)):
             wished -= C[0][k] * (forces[k] - answered[k])
         allowed = C[0][0] * _allowed(wished, moved, rate)
@@ -239,9 +239,9 @@ def _coupling(
 
     The first row of C is weighted.
     """
-    n, without, given = len(replica.gives), 0.0, max(own.given, 1e-3)
+    n, without, given = len(replica.deflections), 0.0, max(own.given, 1e-3)
     C = [[0.0] * n for _ in range(n)]
-    most = [min(own.most, replica.news.most) if own.given > 0.0 else 0.0]
+    max_force = [min(own.max_force, replica.news.max_force) if own.given > 0.0 else 0.0]
     # At another place than that of the patch the own contact is as soft as the gain says; all its
     # compliances then differ, so that the matrix stays positive definite.
     C[0][0] = 1.0 / (own.k_h * given)
@@ -255,5 +255,5 @@ def _coupling(
         C[to][0] *= there
         C[0][to] = weight * C[to][0]
         without += C[0][to] * numbers[i + 1]
-        most.append(numbers[i + 2])
-    return C, most, without
+        max_force.append(numbers[i + 2])
+    return C, max_force, without

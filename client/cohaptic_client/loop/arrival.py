@@ -25,7 +25,7 @@ LONGEST_PATIENCE: Final = 1.0
 # s; time constant with which a long gap is forgotten: a link that stalls a few times in a minute is
 # still waited for. Reasoned, not measured.
 FORGET_GAPS: Final = 30.0
-MOST_COMING: Final = 32  # patches that wait: `LONGEST` of them at 120 Hz; then the oldest go
+MAX_COMING: Final = 32  # patches that wait: `LONGEST` of them at 120 Hz; then the oldest go
 # Simulation periods from patch to patch from which on what others want moves along a parabola.
 # Lines between punctual ticks are what the theorem of science 3.15 reckons with, and as smooth. A
 # quarter is more than a timer's jitter and less than a missed tick. Reasoned, not measured.
@@ -62,14 +62,14 @@ def receive(
     held = settings.smoothing == 0.0  # each surface from its coming to the next, as in the paper
     if held or newest is None or not _follows(patch, newest, state.playout, now):
         # Also the first patch, or that of another server, or of one whose clock says nothing.
-        share, playout = progress(state, now), Playout.begun(now - patch.t_server + way)
+        fraction, playout = progress(state, now), Playout.begun(now - patch.t_server + way)
         state = replace(state, arrived=now, patience=patience, playout=playout)
-        return _begin(state, one, (), now, settings, share)
+        return _begin(state, one, (), now, settings, fraction)
     playout = state.playout
     if not is_silent(state, now, settings):
         early = settings.simulation_period - way
         playout = playout.measured(now - newest.t_server - early, now)
-    coming = (*state.coming, one)[-MOST_COMING:]
+    coming = (*state.coming, one)[-MAX_COMING:]
     state = replace(state, arrived=now, patience=patience, playout=playout, coming=coming)
     return play(state, now, settings)
 
@@ -132,7 +132,7 @@ def _begin(
     rest: tuple[Coming, ...],
     now: float,
     settings: LoopSettings,
-    share: float,
+    fraction: float,
 ) -> LoopState:
     """Return the state at the beginning of the move to a patch, from what is shown now.
 
@@ -141,7 +141,7 @@ def _begin(
         one: The patch.
         rest: Patches that come after it.
         now: Time of this period [s].
-        share: Completed fraction of the move before.
+        fraction: Completed fraction of the move before.
     """
     patch = one.patch
     playing = now - state.playout.behind
@@ -149,15 +149,15 @@ def _begin(
         playing = state.move_ends  # the time came between two periods
     least = 0.5 * settings.smoothing * settings.simulation_period
     # Stamps far apart must not make a move that never ends.
-    most = LONGEST + settings.simulation_period
-    ends = playing + max(least, min(most, patch.t_server - playing))
+    limit = LONGEST + settings.simulation_period
+    ends = playing + max(least, min(limit, patch.t_server - playing))
     gains = gains_as_sent(patch, settings)
     if state.fade is None:
         fade = LawFade(Running(patch.law, gains))
     else:
         fade = switch(state.fade, patch.law, gains, force=state.normal_force, sight=state.sight)
     before, offset = state.surface, None
-    at_arrival = shown(state, state.probe, share)
+    at_arrival = shown(state, state.probe, fraction)
     if before is not None and at_arrival is not None:
         offset = difference(at_arrival, before.look(state.probe))
     return LoopState(
@@ -178,7 +178,7 @@ def _begin(
         compliance=state.compliance,
         safety=state.safety,
         patience=state.patience,
-        replica=_models(state, patch, share, ends - playing, settings),
+        replica=_models(state, patch, fraction, ends - playing, settings),
         trust=state.trust,
         playout=state.playout,
         coming=rest,
@@ -189,7 +189,7 @@ def _begin(
 
 
 def _models(
-    state: LoopState, patch: Patch, share: float, way: float, settings: LoopSettings
+    state: LoopState, patch: Patch, fraction: float, way: float, settings: LoopSettings
 ) -> Replica | None:
     """Return the models with the partners of a new patch; None if it has none.
 
@@ -198,7 +198,7 @@ def _models(
     Args:
         state: State after the last period.
         patch: The new patch.
-        share: Completed fraction of the move before.
+        fraction: Completed fraction of the move before.
         way: Duration of the move to the new patch [s].
     """
     if patch.partners is None:
@@ -206,7 +206,7 @@ def _models(
     again = state.patch is not None and patch.tick <= state.patch.tick
     late = way > _LATE * settings.simulation_period
     before = (state.move_ends - state.move_begins) / way if late else 0.0
-    return follow(None if again else state.replica, patch.partners, share, before)
+    return follow(None if again else state.replica, patch.partners, fraction, before)
 
 
 def _is_news(state: LoopState, patch: Patch, now: float, settings: LoopSettings) -> bool:
@@ -230,7 +230,7 @@ def progress(state: LoopState, now: float) -> float:
     return max(0.0, done) if done < 1.0 else 1.0
 
 
-def shown(state: LoopState, probe: Vec3, share: float) -> Sight | None:
+def shown(state: LoopState, probe: Vec3, fraction: float) -> Sight | None:
     """Sample the shown surface at a probe; return None before the first patch.
 
     During the move to the newest patch the sample lies between the samples of both patches. With
@@ -241,14 +241,14 @@ def shown(state: LoopState, probe: Vec3, share: float) -> Sight | None:
     Args:
         state: State after the arrival of the newest patch.
         probe: Position of the tip [m].
-        share: Completed fraction of the move to the newest, from `progress`.
+        fraction: Completed fraction of the move to the newest, from `progress`.
     """
     if state.surface is None:
         return None
     sight = state.surface.look(probe)
-    if share >= 1.0 or state.before is None:
+    if fraction >= 1.0 or state.before is None:
         return sight
-    return blend(shift(state.before.look(probe), state.offset), sight, share)
+    return blend(shift(state.before.look(probe), state.offset), sight, fraction)
 
 
 def is_silent(state: LoopState, now: float, settings: LoopSettings) -> bool:

@@ -108,6 +108,6 @@ CHAIN: Final[tuple[Rule, ...]] = (
         "trust",
         "the energy that the contact returns beyond that of the hand is counted, and where it is "
         "too much, models lose their share: a liar could drive a hand by them",
-        "MOST_MADE J",
+        "MAX_MADE J",
     ),
 )

@@ -11,7 +11,7 @@ from cohaptic_client.loop.state import LoopSettings
 
 # Largest factor by which C_ii differs within one patch; a larger one is an error of the patch. Over
 # the whole balloon it varies by half. Reasoned, not measured.
-MOST_CHANGE: Final = 2.0
+MAX_CHANGE: Final = 2.0
 # Least K_h C_ii for which K_h counts as the object's stiffness 1 / C_ii: two numbers of 32 bits,
 # each rounded by 6e-8 at most.
 _AS_STIFF: Final = 1.0 - 1e-5
@@ -34,8 +34,8 @@ def gains_under(patch: Patch, sight: Sight, settings: LoopSettings) -> Gains:
     """
     if not settings.follow:
         return gains_as_sent(patch, settings)
-    least, most = patch.c_ii / MOST_CHANGE, patch.c_ii * MOST_CHANGE
-    c_ii = max(MIN_COMPLIANCE, least, min(most, sight.c_ii))
+    least, largest = patch.c_ii / MAX_CHANGE, patch.c_ii * MAX_CHANGE
+    c_ii = max(MIN_COMPLIANCE, least, min(largest, sight.c_ii))
     if not patch.law.answers_own_dent:
         # The object's stiffness here, limited to the device's. A K_h that the server has made lower
         # than 1 / C_ii is a limit, too.

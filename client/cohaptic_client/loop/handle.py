@@ -30,7 +30,7 @@ class TipSample(NamedTuple):
         force: Force on the hand without the damping of the passivity layer; the body gets the
             opposite force [N].
         anchor: Point of the resting surface to which friction holds the finger [m]; None for none.
-        give: Displacement of the own hand's model before that force [m]; None without models.
+        deflection: Displacement of the own hand's model before that force [m]; None without models.
     """
 
     t: float
@@ -38,7 +38,7 @@ class TipSample(NamedTuple):
     probe: Vec3
     force: Vec3
     anchor: Vec3 | None
-    give: float | None
+    deflection: float | None
 
 
 class HapticProcess:
@@ -69,10 +69,12 @@ class HapticProcess:
         """Return the tip and force of the newest period; None before the first period."""
         raw = self._memory.sample.read()
         if raw is not None:
-            t, tick, x, y, z, fx, fy, fz, holds, ax, ay, az, gives, give = SAMPLE.unpack(raw)
+            t, tick, x, y, z, fx, fy, fz, holds, ax, ay, az, deflections, deflection = (
+                SAMPLE.unpack(raw)
+            )
             anchor = (ax, ay, az) if holds else None
             self._last = TipSample(
-                t, tick, (x, y, z), (fx, fy, fz), anchor, give if gives else None
+                t, tick, (x, y, z), (fx, fy, fz), anchor, deflection if deflections else None
             )
         return self._last
 

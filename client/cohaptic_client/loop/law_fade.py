@@ -2,7 +2,7 @@
 
 When patches for another law arrive, both laws run, and the force moves from the old law's force to
 the new one's. A transition takes at least `LAW_FADE_TIME`. It changes the force by at most
-`LAW_FADE_RATE` [N/s], and relative to the force by at most `LAW_FADE_SHARE_RATE` [1/s].
+`LAW_FADE_RATE` [N/s], and relative to the force by at most `LAW_FADE_FRACTION_RATE` [1/s].
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from cohaptic_client.loop.safety import EXTERNAL_RATE
 # Reasoned, not measured.
 LAW_FADE_TIME: Final = 0.3
 # 1/s; 1 % of the force per millisecond, as `GAIN_RATE` (test_law_fade.py). Reasoned, not measured.
-LAW_FADE_SHARE_RATE: Final = 10.0
+LAW_FADE_FRACTION_RATE: Final = 10.0
 # N/s; the other half is left for the surface, as in a turn (science 3.9).
 LAW_FADE_RATE: Final = 0.5 * EXTERNAL_RATE
 # N; at a rate relative to a smaller force a transition would never end. A fingertip hardly notices
@@ -55,17 +55,17 @@ class LawFade:
     Fields:
         now: Law in use.
         before: Law that `now` replaces; None outside a transition.
-        share: Weight of the force of `now` in the whole force, 0 to 1; `before` has the rest.
+        fraction: Weight of the force of `now` in the whole force, 0 to 1; `before` has the rest.
     """
 
     now: Final[Running]
     before: Final[Running | None]
-    share: Final[float]
+    fraction: Final[float]
 
-    def __init__(self, now: Running, before: Running | None = None, share: float = 1.0) -> None:
+    def __init__(self, now: Running, before: Running | None = None, fraction: float = 1.0) -> None:
         self.now = now
         self.before = before
-        self.share = share
+        self.fraction = fraction
 
 
 def switch(
@@ -92,7 +92,7 @@ def switch(
             memory = law.model.begin(force, gains, pressed_depth(law, sight))
         return LawFade(Running(law, gains, memory), fade.now, 0.0)
     if law is fade.before.law:
-        return LawFade(fade.before, fade.now, 1.0 - fade.share)
+        return LawFade(fade.before, fade.now, 1.0 - fade.fraction)
     return fade
 
 
@@ -109,7 +109,7 @@ def with_gains(fade: LawFade, gains: Gains) -> LawFade:
     now = fade.now
     if gains.k_h == now.gains.k_h and gains.integral_gain == now.gains.integral_gain:
         return fade
-    return LawFade(Running(now.law, gains, now.memory), fade.before, fade.share)
+    return LawFade(Running(now.law, gains, now.memory), fade.before, fade.fraction)
 
 
 def run(
@@ -118,8 +118,8 @@ def run(
     dt: float,
     settings: LawSettings,
     moved_in: float = 0.0,
-    most: float = math.inf,
-    fade_most: float = math.inf,
+    limit: float = math.inf,
+    fade_limit: float = math.inf,
 ) -> tuple[LawFade, LocalForce]:
     """Run the law in use, and the law that it replaces, for one period.
 
@@ -127,14 +127,14 @@ def run(
         sight: Sample of the shown surface at the probe.
         dt: Time since the last period [s].
         moved_in: Displacement of the hand into the surface since the last period [m].
-        most: Largest change of a law's force with an integral, as in `LocalModel.force` [N].
-        fade_most: Largest change of the force by the transition, beside `LAW_FADE_RATE` [N].
+        limit: Largest change of a law's force with an integral, as in `LocalModel.force` [N].
+        fade_limit: Largest change of the force by the transition, beside `LAW_FADE_RATE` [N].
 
     Returns:
         The laws after this period, and the force.
     """
     memory, force = fade.now.law.model.force(
-        fade.now.memory, sight, fade.now.gains, dt, settings, moved_in, most
+        fade.now.memory, sight, fade.now.gains, dt, settings, moved_in, limit
     )
     if fade.before is None and memory is fade.now.memory:
         return fade, force
@@ -143,25 +143,27 @@ def run(
         return LawFade(now), force
     old = fade.before
     memory, old_force = old.law.model.force(
-        old.memory, sight, old.gains, dt, settings, moved_in, most
+        old.memory, sight, old.gains, dt, settings, moved_in, limit
     )
     gap = abs(force.normal_force - old_force.normal_force)
-    present = old_force.normal_force + fade.share * (force.normal_force - old_force.normal_force)
+    present = old_force.normal_force + fade.fraction * (force.normal_force - old_force.normal_force)
     step = dt / LAW_FADE_TIME
     if gap > 0.0:
-        rate = min(LAW_FADE_RATE, LAW_FADE_SHARE_RATE * max(present, _LEAST_FORCE))
-        step = min(step, min(rate * dt, fade_most) / gap)
-    share = min(1.0, fade.share + step)
-    if share >= 1.0:
+        rate = min(LAW_FADE_RATE, LAW_FADE_FRACTION_RATE * max(present, _LEAST_FORCE))
+        step = min(step, min(rate * dt, fade_limit) / gap)
+    fraction = min(1.0, fade.fraction + step)
+    if fraction >= 1.0:
         return LawFade(now), force
-    return LawFade(now, Running(old.law, old.gains, memory), share), _mixed(old_force, force, share)
+    return LawFade(now, Running(old.law, old.gains, memory), fraction), _mixed(
+        old_force, force, fraction
+    )
 
 
-def _mixed(a: LocalForce, b: LocalForce, share: float) -> LocalForce:
+def _mixed(a: LocalForce, b: LocalForce, fraction: float) -> LocalForce:
     """Interpolate between the forces of two laws, from `a` (share 0) to `b` (share 1)."""
     return LocalForce(
-        a.normal_force + share * (b.normal_force - a.normal_force),
-        a.felt_from_others + share * (b.felt_from_others - a.felt_from_others),
-        a.indentation + share * (b.indentation - a.indentation),
-        a.stored + share * (b.stored - a.stored),
+        a.normal_force + fraction * (b.normal_force - a.normal_force),
+        a.felt_from_others + fraction * (b.felt_from_others - a.felt_from_others),
+        a.indentation + fraction * (b.indentation - a.indentation),
+        a.stored + fraction * (b.stored - a.stored),
     )

@@ -71,7 +71,7 @@ def ledger_of(period: Period, max_force: float) -> Ledger:
         whole = norm(period.asked)
         friction += whole - period.added_size - size
         size = whole
-    most = min(size, max_force)
+    limit = min(size, max_force)
     return Ledger(
         surface=wanted * free,
         models=wanted * (shown - free),
@@ -80,9 +80,9 @@ def ledger_of(period: Period, max_force: float) -> Ledger:
         law=period.law_normal - k_h * pressed,
         damping=period.damped_force - normal_force,
         friction=friction,
-        limit=most - size,
-        fade=(scale - 1.0) * most,
-        rate=given - scale * most,
+        limit=limit - size,
+        fade=(scale - 1.0) * limit,
+        rate=given - scale * limit,
     )
 
 

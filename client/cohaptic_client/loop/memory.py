@@ -23,7 +23,7 @@ from cohaptic.status.row import ROW
 
 COMMAND: Final = struct.Struct("<Q?I")  # heartbeat, stop, faults acknowledged so far
 # time, tick of the patch in use, probe, force on body, whether there is an anchor, and the anchor,
-# whether there is a give, and the give
+# whether there is a deflection, and the deflection
 SAMPLE: Final = struct.Struct("<dI6d?3d?d")
 _HEAD: Final = struct.Struct("<QII")  # version, length, checksum of version and payload
 _VERSION: Final = struct.Struct("<Q")

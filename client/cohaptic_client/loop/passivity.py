@@ -79,7 +79,7 @@ def observe(owed: float, work: float, stored: float, from_body: float, dt: float
     return max(0.0, kept * owed + work + stored - from_body)
 
 
-def given_share(stored: float, ratio: float, scale: float) -> float:
+def given_fraction(stored: float, ratio: float, scale: float) -> float:
     """Return the energy of the law's spring for that part of its force which the hand is given [J].
 
     A spring whose force is faded to the fraction `scale` stores that fraction of its energy. If a
@@ -104,7 +104,7 @@ def dissipate(
     speed_in: float,
     dt: float,
     max_damping: float,
-    most: float = math.inf,
+    limit: float = math.inf,
 ) -> tuple[float, float]:
     """Compute the damping and the damped normal force for one period in contact.
 
@@ -118,7 +118,7 @@ def dissipate(
         speed_in: Speed of the hand into the surface [m/s].
         dt: Time since the last period [s].
         max_damping: Largest damping that both the device and this layer allow [N s/m].
-        most: Largest change of the damping, beside `RAMP` and `STEP_RATE` [N s/m].
+        limit: Largest change of the damping, beside `RAMP` and `STEP_RATE` [N s/m].
 
     Returns:
         Damping [N s/m], and normal force on the hand, from zero to twice the law's force [N].
@@ -127,7 +127,7 @@ def dissipate(
         return 0.0, force
     speed = max(SLOW, abs(speed_in))
     target = min(max_damping, owed / (speed * speed * dt)) if dt > 0.0 else 0.0
-    change = min(max_damping * dt / RAMP, STEP_RATE * dt / speed, most)
+    change = min(max_damping * dt / RAMP, STEP_RATE * dt / speed, limit)
     damping = min(max(target, damping - change), damping + change)
     # Damping never pulls a leaving hand back in, and never stops an entering hand like a wall.
     return damping, force + min(force, max(-force, damping * speed_in))

@@ -48,7 +48,7 @@ class Period:
 
         trouble: Fault of the device; `NO_TROUBLE` for none.
         silent: Whether the server counts as silent.
-        share: Completed fraction of the move to the newest patch, 0 to 1.
+        fraction: Completed fraction of the move to the newest patch, 0 to 1.
         sight: Sample of the shown surface at the probe; None before the first patch.
 
         answered: What the models of the others answer; None where there are none.
@@ -59,16 +59,16 @@ class Period:
         fade: Law in use; None before the first patch.
         k_wanted: Gain that the surface asks for [N/m].
         k_h: Largest gain of the laws in use [N/m].
-        fade_most, law_fade_most: Largest changes of the force by a fade of the safety layer, and by
-            the transition from one law to the next [N].
-        damping_most: Largest change of the damping of a slow hand [N s/m].
+        fade_limit, law_fade_limit: Largest changes of the force by a fade of the safety layer, and
+            by the transition from one law to the next [N].
+        damping_limit: Largest change of the damping of a slow hand [N s/m].
         compliance: Compliance matrix C of the contact [m/N]; None without friction.
         for_friction: Part of the budget that friction has [N].
         normal: Direction of the normal force; a unit vector.
         moved: Displacement of the hand in this period [m].
         moved_in: Component of that displacement into the surface [m].
         depth: Depth of the probe below the surface, slewed as `LoopState.depth` is [m].
-        most: Largest change of the law's force that the hand's own motion does not cause [N].
+        max_change: Largest change of the law's force that the hand's own motion does not cause [N].
         spent_gain, spent_fades, spent_turn, spent_models, spent_depth: Taken of the budget, each by
             its rule [N].
 
@@ -97,7 +97,8 @@ class Period:
         passivity: Memory of the passivity layer after this period.
         on_body: Force on the hand whose opposite the body gets [N].
         replica: Models after this period; None before the first patch with partners.
-        give: Displacement of the own hand's model before this period's force [m]; None without one.
+        deflection: Displacement of the own hand's model before this period's force [m]; None
+            without one.
         trust: How far models are trusted after this period.
     """
 
@@ -114,28 +115,29 @@ class Period:
         "counted",
         "damped_force",
         "damping",
-        "damping_most",
+        "damping_limit",
+        "deflection",
         "depth",
         "dt",
         "engaged",
         "explained",
         "fade",
-        "fade_most",
+        "fade_limit",
         "for_friction",
         "force",
+        "fraction",
         "friction",
-        "give",
         "given_ratio",
         "k_h",
         "k_wanted",
         "law_depth",
-        "law_fade_most",
+        "law_fade_limit",
         "law_force",
         "law_normal",
         "let_go",
         "local",
+        "max_change",
         "memories",
-        "most",
         "moved",
         "moved_in",
         "normal",
@@ -149,7 +151,6 @@ class Period:
         "sample",
         "scale",
         "settings",
-        "share",
         "sight",
         "silent",
         "spent_depth",
@@ -180,7 +181,7 @@ class Period:
         self.trust: Trust = state.trust
         self.trouble: Trouble = NO_TROUBLE
         self.silent: bool = True
-        self.share: float = 0.0
+        self.fraction: float = 0.0
         self.sight: Sight | None = None
         self.answered: Answer | None = None
         self.recent: Recent = NOT_MOVED
@@ -195,10 +196,10 @@ class Period:
         self.moved: Vec3 = ZERO
         self.moved_in: float = 0.0
         self.depth: float = -math.inf
-        self.most: float = 0.0
-        self.fade_most: float = SAFETY_FADE_RATE * self.counted
-        self.law_fade_most: float = 0.0
-        self.damping_most: float = math.inf
+        self.max_change: float = 0.0
+        self.fade_limit: float = SAFETY_FADE_RATE * self.counted
+        self.law_fade_limit: float = 0.0
+        self.damping_limit: float = math.inf
         self.spent_gain: float = 0.0
         self.spent_fades: float = 0.0
         self.spent_turn: float = 0.0
@@ -225,7 +226,7 @@ class Period:
         self.given_ratio: float = 0.0
         self.passivity: Passivity = NOTHING_OWED
         self.on_body: Vec3 = ZERO
-        self.give: float | None = None
+        self.deflection: float | None = None
 
     @property
     def damping_force(self) -> float:

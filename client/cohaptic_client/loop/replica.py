@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 from cohaptic.control.geometry import Sight
-from cohaptic.control.hand_model import Give, HandModel, give_way
+from cohaptic.control.hand_model import Deflection, HandModel, deflect
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.partners import Partners
 
@@ -51,7 +51,7 @@ class Replica:
         after: Numbers that are shown when the move to that patch is complete.
         bends: Of what each partner wants on the way, beyond a straight line [m]; empty for none.
         models: Model of the own hand, and of each partner, as they move.
-        gives: Give of the own hand, and of each partner.
+        deflections: Give of the own hand, and of each partner.
         forces: Force of the own hand, and of each partner, in the last period [N].
         wishes: What each partner wants, as it was shown in the last period [m]; empty before.
         explained: As in `Answer`, of the last period [m].
@@ -66,7 +66,7 @@ class Replica:
     after: Final[list[float]]
     bends: Final[list[float]]
     models: Final[list[HandModel]]
-    gives: Final[list[Give]]
+    deflections: Final[list[Deflection]]
     forces: Final[list[float]]
     wishes: Final[list[float]]
     explained: Final[float]
@@ -81,7 +81,7 @@ class Replica:
         after: list[float],
         bends: list[float],
         models: list[HandModel],
-        gives: list[Give],
+        deflections: list[Deflection],
         forces: list[float],
         wishes: list[float],
         explained: float = 0.0,
@@ -94,7 +94,7 @@ class Replica:
         self.after = after
         self.bends = bends
         self.models = models
-        self.gives = gives
+        self.deflections = deflections
         self.forces = forces
         self.wishes = wishes
         self.explained = explained
@@ -113,7 +113,7 @@ def numbers_of(partners: Partners) -> list[float]:
     for p in partners.partners:
         numbers.append(p.intended)
         numbers.append(p.force)
-        numbers.append(p.most)
+        numbers.append(p.max_force)
         numbers.append(p.c_jj)
         numbers += p.coupled
     return numbers
@@ -124,7 +124,7 @@ def at(j: int) -> int:
     return 1 + NUMBERS * j + j * (j + 1) // 2
 
 
-def share_answered(replica: Replica | None, trusted: float) -> float:
+def fraction_answered(replica: Replica | None, trusted: float) -> float:
     """Return the share of what others do that models answer at once, 0 to 1.
 
     Args:
@@ -136,38 +136,38 @@ def share_answered(replica: Replica | None, trusted: float) -> float:
     return trusted * replica.news.weight
 
 
-def follow(replica: Replica | None, news: Partners, share: float, way: float = 0.0) -> Replica:
+def follow(replica: Replica | None, news: Partners, fraction: float, way: float = 0.0) -> Replica:
     """Return the models with the partners of a new patch.
 
     Args:
         replica: Models after the last period; None before the first patch with partners.
         news: Partners of the new patch.
-        share: Completed fraction of the move to the patch before, 0 to 1.
+        fraction: Completed fraction of the move to the patch before, 0 to 1.
         way: Duration of that move over that of the move to the new patch; 0 to move along lines.
     """
     after = numbers_of(news)
     if replica is None:
-        gives = [Give()] + [Give(p.give) for p in news.partners]
+        deflections = [Deflection()] + [Deflection(p.deflection) for p in news.partners]
         forces = [0.0] + [p.force for p in news.partners]
-        return Replica(news, after, after, [], _told(news), gives, forces, [], step=math.nan)
+        return Replica(news, after, after, [], _told(news), deflections, forces, [], step=math.nan)
     if replica.news.users == news.users:
         bends = list[float]()
-        if share >= 1.0 and 0.0 < way < math.inf:
+        if fraction >= 1.0 and 0.0 < way < math.inf:
             bends = [
                 _bend(replica.before[at(j)], replica.after[at(j)], after[at(j)], way)
                 for j in range(len(news.partners))
             ]
-        before = shown_numbers(replica, share)
+        before = shown_numbers(replica, fraction)
         return replace(replica, news=news, before=before, after=after, bends=bends)
     # A hand that comes begins where its patch says. What this changes in the surface fades.
     old = {user: j + 1 for j, user in enumerate(replica.news.users)}
-    gives, forces, wishes = [replica.gives[0]], [replica.forces[0]], list[float]()
+    deflections, forces, wishes = [replica.deflections[0]], [replica.forces[0]], list[float]()
     models = [replica.models[0]]
     for p in news.partners:
         i = old.get(p.user, 0)
         wishes.append(replica.wishes[i - 1] if i and replica.wishes else p.intended)
         models.append(replica.models[i] if i else p.model)
-        gives.append(replica.gives[i] if i else Give(p.give))
+        deflections.append(replica.deflections[i] if i else Deflection(p.deflection))
         forces.append(replica.forces[i] if i else p.force)
     return Replica(
         news,
@@ -175,7 +175,7 @@ def follow(replica: Replica | None, news: Partners, share: float, way: float = 0
         after,
         [],
         models,
-        gives,
+        deflections,
         forces,
         wishes,
         0.0,
@@ -196,8 +196,8 @@ def _bend(then: float, before: float, after: float, way: float) -> float:
         way: Time between the first two, over that between the last two.
     """
     bend = (then - before + way * (after - before)) / (way * (way + 1.0))
-    most = abs(after - before)
-    return max(-most, min(most, bend))
+    limit = abs(after - before)
+    return max(-limit, min(limit, bend))
 
 
 def _told(news: Partners) -> list[HandModel]:
@@ -210,25 +210,25 @@ def _glided(models: list[HandModel], told: list[HandModel], dt: float) -> list[H
 
     A server may say anything: a model that jumps throws its hand, and so a force.
     """
-    most = _MODEL_RATE * dt
+    limit = _MODEL_RATE * dt
     return [
         HandModel(
-            now.mass + max(-most, min(most, then.mass / now.mass - 1.0)) * now.mass,
-            now.damping + max(-most, min(most, then.damping / now.damping - 1.0)) * now.damping,
+            now.mass + max(-limit, min(limit, then.mass / now.mass - 1.0)) * now.mass,
+            now.damping + max(-limit, min(limit, then.damping / now.damping - 1.0)) * now.damping,
             now.stiffness
-            + max(-most, min(most, then.stiffness / now.stiffness - 1.0)) * now.stiffness,
+            + max(-limit, min(limit, then.stiffness / now.stiffness - 1.0)) * now.stiffness,
         )
         for now, then in zip(models, told, strict=True)
     ]
 
 
-def shown_numbers(replica: Replica, share: float) -> list[float]:
+def shown_numbers(replica: Replica, fraction: float) -> list[float]:
     """Return the numbers of `numbers_of` in this period."""
-    if share >= 1.0:
+    if fraction >= 1.0:
         return replica.after
-    numbers = [a + share * (b - a) for a, b in zip(replica.before, replica.after, strict=True)]
+    numbers = [a + fraction * (b - a) for a, b in zip(replica.before, replica.after, strict=True)]
     for j, bend in enumerate(replica.bends):
-        numbers[at(j)] += share * (share - 1.0) * bend
+        numbers[at(j)] += fraction * (fraction - 1.0) * bend
     return numbers
 
 
@@ -287,7 +287,7 @@ def move(
         recent: Speed of the own hand.
     """
     felt = [own, *answered.forces[1:]]
-    felt += [0.0] * (len(replica.gives) - len(felt))
+    felt += [0.0] * (len(replica.deflections) - len(felt))
     return Replica(
         replica.news, replica.before, replica.after, replica.bends,
         _glided(replica.models, _told(replica.news), dt), _moved(replica, felt, dt), felt,
@@ -297,18 +297,18 @@ def move(
 
 def left_alone(replica: Replica, dt: float) -> Replica:
     """Return the models after a period in which nobody pressed [s]."""
-    felt = [0.0] * len(replica.gives)
+    felt = [0.0] * len(replica.deflections)
     return Replica(
         replica.news, replica.before, replica.after, replica.bends, replica.models,
         _moved(replica, felt, dt), felt, replica.wishes,
     )  # fmt: skip
 
 
-def _moved(replica: Replica, felt: list[float], dt: float) -> list[Give]:
-    gives = list[Give]()
-    for give, model, force in zip(replica.gives, replica.models, felt, strict=True):
-        after = give_way(give, model, force, dt)
+def _moved(replica: Replica, felt: list[float], dt: float) -> list[Deflection]:
+    deflections = list[Deflection]()
+    for deflection, model, force in zip(replica.deflections, replica.models, felt, strict=True):
+        after = deflect(deflection, model, force, dt)
         # A server that describes a hand otherwise in each patch can make a model swing without
         # limits, and no sample can tell of it then.
-        gives.append(after if abs(after.y) <= MAX_POSITION else Give())
-    return gives
+        deflections.append(after if abs(after.y) <= MAX_POSITION else Deflection())
+    return deflections

@@ -203,24 +203,24 @@ def rate_of(max_stiffness: float) -> float:
 LEAST_RATE, OWN_SPEED = 1000.0, 0.5
 
 
-def next_share(
-    share: float, up: bool, size: float, time: float, step: float, fade_most: float = math.inf
+def next_fraction(
+    fraction: float, up: bool, size: float, time: float, step: float, fade_limit: float = math.inf
 ) -> float:
     """Return the fraction of the requested force after one period of a fade, 0 to 1.
 
     Args:
-        share: That fraction after the last period.
+        fraction: That fraction after the last period.
         up: Whether the force rises; False while it falls.
         size: Magnitude of the requested force [N]; a fade changes it no faster than
             `SAFETY_FADE_RATE`.
         time: Least duration of a whole fade [s].
         step: Time since the last period, capped at two periods [s].
-        fade_most: Largest change of the force, beside that rate [N].
+        fade_limit: Largest change of the force, beside that rate [N].
     """
-    most = step / time
+    limit = step / time
     if size > 0.0:
-        most = min(most, min(SAFETY_FADE_RATE * step, fade_most) / size)
-    return min(1.0, share + most) if up else max(0.0, share - most)
+        limit = min(limit, min(SAFETY_FADE_RATE * step, fade_limit) / size)
+    return min(1.0, fraction + limit) if up else max(0.0, fraction - limit)
 
 
 def clamped(requested: Vec3, max_force: float) -> Vec3:
@@ -234,16 +234,16 @@ def clamped(requested: Vec3, max_force: float) -> Vec3:
     return scale(requested, max_force / size) if size > max_force else requested
 
 
-def towards(before: Vec3, wanted: Vec3, most: float) -> Vec3:
-    """Return the wanted force, or the nearest to it within `most` of the one before [N].
+def towards(before: Vec3, wanted: Vec3, limit: float) -> Vec3:
+    """Return the wanted force, or the nearest to it within `limit` of the one before [N].
 
     Args:
         before: Force that the device got in the last period [N].
-        most: Largest change in this period [N].
+        limit: Largest change in this period [N].
     """
     change = sub(wanted, before)
     jump = norm(change)
-    return add(before, scale(change, most / jump)) if jump > most else wanted
+    return add(before, scale(change, limit / jump)) if jump > limit else wanted
 
 
 def released(

@@ -21,28 +21,28 @@ GAIN_RATE: Final = 10.0  # 1/s
 SOFT: Final = 1.0
 
 
-def hold_back(depth: float, target: float, most: float) -> float:
+def hold_back(depth: float, target: float, limit: float) -> float:
     """Limit the change of the depth by the surface's own motion; return the depth for the law [m].
 
     Args:
         depth: Depth of the last period plus the hand's displacement into the surface since then
             [m].
         target: Depth of the probe below the shown surface [m].
-        most: Largest displacement of the surface in this period [m].
+        limit: Largest displacement of the surface in this period [m].
     """
     if depth <= 0.0 and target <= 0.0:
         return target  # out of contact there is no force to change
     start = max(0.0, depth)  # contact force begins at depth 0
-    return min(max(target, start - most), start + most)
+    return min(max(target, start - limit), start + limit)
 
 
-def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
-    """Turn the force direction from the last normal to the surface's normal, by at most `most`.
+def turn_back(normal: Vec3, target: Vec3, limit: float) -> tuple[Vec3, float]:
+    """Turn the force direction from the last normal to the surface's normal, by at most `limit`.
 
     Args:
         normal: Unit normal of the last period.
         target: Unit normal of the shown surface.
-        most: Largest turn in this period [rad].
+        limit: Largest turn in this period [rad].
 
     Returns:
         Unit normal for this period, and its angle to `normal` [rad].
@@ -53,11 +53,11 @@ def turn_back(normal: Vec3, target: Vec3, most: float) -> tuple[Vec3, float]:
     aside = sub(target, scale(normal, along / dot(normal, normal)))
     size = norm(aside)
     angle = math.atan2(size, along)
-    if angle <= most:
+    if angle <= limit:
         return target, angle
     # All rotations to the opposite direction are equally short: any tangent will do.
     way = scale(aside, 1.0 / size) if size > 1e-9 else tangents(normal)[0]
-    return unit(add(scale(normal, math.cos(most)), scale(way, math.sin(most)))), most
+    return unit(add(scale(normal, math.cos(limit)), scale(way, math.sin(limit)))), limit
 
 
 def slew_normal(
@@ -107,8 +107,8 @@ def slew_compliance(
     newest: Compliance3 | None,
     friction: FrictionState,
     normal_force: float,
-    share: float,
-    most: float,
+    fraction: float,
+    limit: float,
 ) -> Compliance3 | None:
     """Move the friction's compliance matrix C towards that of the newest patch; return it [m/N].
 
@@ -120,8 +120,8 @@ def slew_compliance(
         newest: Compliance matrix of the newest patch [m/N]; None if the patch has none.
         friction: State of the friction after the last period.
         normal_force: Normal force in the last period [N].
-        share: Fraction of the difference that time alone would allow in this period, 0 to 1.
-        most: Largest change of the force that the move may cause in this period [N].
+        fraction: Fraction of the difference that time alone would allow in this period, 0 to 1.
+        limit: Largest change of the force that the move may cause in this period [N].
     """
     if newest is None or previous is None or previous == newest or not friction.touching:
         return newest or previous
@@ -129,7 +129,9 @@ def slew_compliance(
     change = math.sqrt(sum((b - a) ** 2 for a, b in zip(previous, newest, strict=True)))
     force = math.hypot(normal_force, norm(friction.force))
     if force > 0.0:
-        share = min(share, most * least_eigenvalue(previous) / (math.sqrt(2.0) * change * force))
-    if share >= 1.0:
+        fraction = min(
+            fraction, limit * least_eigenvalue(previous) / (math.sqrt(2.0) * change * force)
+        )
+    if fraction >= 1.0:
         return newest
-    return Compliance3(*(a + share * (b - a) for a, b in zip(previous, newest, strict=True)))
+    return Compliance3(*(a + fraction * (b - a) for a, b in zip(previous, newest, strict=True)))

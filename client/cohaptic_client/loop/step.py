@@ -111,5 +111,5 @@ def _without_surface(
         move_ends=state.move_ends,
     )
     empty.silent = is_silent(state, now, period.settings)
-    empty.give = None if replica is None else replica.gives[0].y
+    empty.deflection = None if replica is None else replica.deflections[0].y
     return after, empty

@@ -7,7 +7,7 @@ band in which hands swing, whatever makes it:
 
     made' = force * velocity - ALLOWED,  both above the corner of the band,  0 <= made.
 
-Where `made` exceeds `MOST_MADE`, the share of the models falls to zero, so that the room's lag
+Where `made` exceeds `MAX_MADE`, the share of the models falls to zero, so that the room's lag
 comes back, and the passivity layer may take out what was made beyond (science 3.15).
 """
 
@@ -23,9 +23,9 @@ _BAND: Final = 0.1
 ALLOWED: Final = 0.002
 # J beyond that. A tap of another lends a light hand up to 5 mJ for a quarter of its swing (science
 # 3.15, Energy; test_trust.py).
-MOST_MADE: Final = 0.008
+MAX_MADE: Final = 0.008
 # J; models come back within 11 s after whatever it was: 6 s for 12 mJ at 2 mW, 5 s for the rise.
-_MOST_KEPT: Final = 2.0 * MOST_MADE
+_MAX_KEPT: Final = 2.0 * MAX_MADE
 # 1/s; gone in 50 ms, half a swing at 10 Hz; the force then follows at the rate of the slew.
 _FALL: Final = 20.0
 # 1/s; so that whoever drives a hand again and again has it for a small part of the time. Reasoned,
@@ -38,14 +38,14 @@ class Trust(NamedTuple):
     """The account, and the share of the models that follows from it.
 
     Fields:
-        share: Share of the models that may be shown, 0 to 1.
+        fraction: Share of the models that may be shown, 0 to 1.
         made: Energy in the account [J].
         force: Force on the hand, out of the object, above the corner of the band [N].
         place: Displacement of the hand, out of the object, above it [m].
         last: Force on the hand in the last period [N].
     """
 
-    share: float = 1.0
+    fraction: float = 1.0
     made: float = 0.0
     force: float = 0.0
     place: float = 0.0
@@ -71,15 +71,15 @@ def trusted(trust: Trust, force: float, moved: float, dt: float) -> Trust:
     held = trust.force if dt > _PUNCTUAL else 0.5 * (trust.force + fast_force)
     work = held * (place - trust.place)
     # (3.15, Energy) a' = f~ x~' - p, a >= 0, with a = made and p = ALLOWED
-    made = min(_MOST_KEPT, max(0.0, trust.made + work - ALLOWED * dt))
-    share = trust.share
-    if made > MOST_MADE:  # (3.15, Energy) a > E
-        share = max(0.0, share - _FALL * dt)
-    elif share < 1.0 and made <= 0.5 * MOST_MADE:
-        share = min(1.0, share + _RISE * dt)
-    return Trust(share, made, fast_force, place, force)
+    made = min(_MAX_KEPT, max(0.0, trust.made + work - ALLOWED * dt))
+    fraction = trust.fraction
+    if made > MAX_MADE:  # (3.15, Energy) a > E
+        fraction = max(0.0, fraction - _FALL * dt)
+    elif fraction < 1.0 and made <= 0.5 * MAX_MADE:
+        fraction = min(1.0, fraction + _RISE * dt)
+    return Trust(fraction, made, fast_force, place, force)
 
 
 def beyond(trust: Trust) -> float:
     """Return the energy that the passivity layer may take out although models answer [J]."""
-    return max(0.0, trust.made - MOST_MADE)
+    return max(0.0, trust.made - MAX_MADE)

@@ -287,7 +287,7 @@ class Conversation:
     def _send_sample(self, tip: TipSample) -> None:
         self._seq += 1
         sample = ContactSample(
-            self._seq, tip.tick, tip.t, tip.probe, tip.force, tip.anchor, tip.give
+            self._seq, tip.tick, tip.t, tip.probe, tip.force, tip.anchor, tip.deflection
         )
         self._link.send(sample.encode())
 

@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 
 from cohaptic.vec import ZERO, Vec3
-from cohaptic_drivers.dualsense.reports import MOST, Held
+from cohaptic_drivers.dualsense.reports import LARGEST, Held
 
 RELEASED = 5  # of 255; an untouched trigger may rest a little off zero
 FASTEST = 0.5  # m/s of the tip by the trigger; a slammed trigger would exceed the limits of a hand
@@ -100,7 +100,7 @@ def moved(cursor: Cursor, held: Held, dt: float, room: Room, *, contact: bool) -
     elif contact or blocked:
         rate = min(rate, 0.0)
     base, base_speed = _bounded(cursor.base, rate, dt, -room.reach, 0.0)
-    goal = room.depth * max(0, held.pull - RELEASED) / (MOST - RELEASED)
+    goal = room.depth * max(0, held.pull - RELEASED) / (LARGEST - RELEASED)
     step = (goal - cursor.press) * -math.expm1(-dt / _SMOOTH)
     step = max(-FASTEST * dt, min(FASTEST * dt, step))
     press_speed = step / dt if dt > 0.0 else 0.0
@@ -120,7 +120,7 @@ def velocity(cursor: Cursor, axes: Axes) -> Vec3:
 
 def pull_of(cursor: Cursor, room: Room) -> int:
     """Return the pull of the trigger that corresponds to the present press, 0 to 255."""
-    return round(RELEASED + (MOST - RELEASED) * cursor.press / room.depth)
+    return round(RELEASED + (LARGEST - RELEASED) * cursor.press / room.depth)
 
 
 def _along(axes: Axes, v: Vec3) -> Vec3:

@@ -24,7 +24,7 @@ _BLUETOOTH = 2  # value of hidapi's `bus_type`
 _PLACES = {"front": FRONT, "top": TOP}
 _OUTSIDE = 1.1  # times the body's radius: distance at which the tip starts, just off the body
 _REACH = 2.0  # times the body's radius: distance to which the sticks move the tip
-_MOST_PADS = 16
+_MAX_PADS = 16
 FIRST_REPORT = 1.0  # s
 
 
@@ -88,7 +88,7 @@ def _first_report(link: PadLink, clock: Clock) -> Held:
         while clock.now() < end:
             told = link.poll()
             if told is not None:
-                link.give(OFF)
+                link.send(OFF)
                 return told
             clock.sleep_until(clock.now() + 0.001)
     except DeviceError:
@@ -119,7 +119,7 @@ def _full_of(choice: DeviceChoice) -> float:
 
 
 def _number_of(choice: DeviceChoice) -> int:
-    return math.floor(choice.number("number", 1, 1, _MOST_PADS))
+    return math.floor(choice.number("number", 1, 1, _MAX_PADS))
 
 
 def _info(choice: DeviceChoice) -> DeviceInfo:

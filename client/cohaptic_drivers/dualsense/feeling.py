@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 from cohaptic.vec import ZERO, Vec3, dot, lerp, norm, sub
-from cohaptic_drivers.dualsense.reports import MOST, OFF, Effects
+from cohaptic_drivers.dualsense.reports import LARGEST, OFF, Effects
 
 # s; changes of the force that are faster than this become rumble, slower ones do not.
 _MEMORY = 0.02
@@ -21,7 +21,7 @@ _QUIET = 0.08  # of full rumble; a weaker rumble is set to zero, as the motors w
 # N; forces below it are no contact. The law's own rounding is far smaller, a fingertip's
 # threshold somewhat larger.
 CONTACT = 0.02
-_MOST_FORCE = 1e3  # N; larger than any force that the safety layer lets pass
+_MAX_FORCE = 1e3  # N; larger than any force that the safety layer lets pass
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,15 +57,15 @@ def felt(
         full: Force that the largest resistance stands for [N].
         now: Time of this force [s].
     """
-    if not norm(force) < _MOST_FORCE:  # NaN too, which would stay in the memory for ever
+    if not norm(force) < _MAX_FORCE:  # NaN too, which would stay in the memory for ever
         force = ZERO
     against = -dot(force, inward)
     start = None
     if against > CONTACT:
         start = pull if before.start is None else min(before.start, pull)
-    resistance = 0 if start is None else max(1, min(MOST, round(MOST * against / full)))
+    resistance = 0 if start is None else max(1, min(LARGEST, round(LARGEST * against / full)))
     passed = 0.0 if before.now is None else max(0.0, now - before.now)
     slow = lerp(before.slow, force, 1.0 - math.exp(-passed / _MEMORY))
     loud = min(1.0, norm(sub(force, slow)) / (_LOUD * full))
-    rumble = round(MOST * loud) if loud > _QUIET else 0
+    rumble = round(LARGEST * loud) if loud > _QUIET else 0
     return Feeling(slow, start, now, Effects(start or 0, resistance, rumble))

@@ -27,8 +27,8 @@ from cohaptic_drivers.dualsense.reports import (
 SILENCE = 0.02  # s; five periods of the pad; a longer silence of pad or loop switches effects off
 LEAST_GAP = 0.004  # s between two reports to the pad
 _WAIT = 4  # ms to wait for a report
-_MOST_STALE = 128  # reports that one turn reads at most; twice the queue of Linux
-_MOST_BAD = 20  # invalid reports in a row
+_MAX_STALE = 128  # reports that one turn reads at most; twice the queue of Linux
+_MAX_BAD = 20  # invalid reports in a row
 _JOIN = 0.25  # s for the thread to end
 
 
@@ -60,7 +60,7 @@ class PadLink:
         told, self._told = self._told, None
         return told
 
-    def give(self, effects: Effects) -> None:
+    def send(self, effects: Effects) -> None:
         """Set the effects that the thread sends to the pad; raise as `poll`."""
         if self._trouble is not None:
             raise self._trouble
@@ -105,12 +105,12 @@ class PadLink:
     def _take(self) -> bool:
         """Read the queued reports and keep the newest; return whether a valid report came."""
         report, spoke = self._device.read(SIZE, _WAIT), False
-        for _ in range(_MOST_STALE):
+        for _ in range(_MAX_STALE):
             if not report:
                 break
             told = decode(report, self._side)
             self._bad = 0 if told is not None else self._bad + 1
-            if self._bad >= _MOST_BAD:
+            if self._bad >= _MAX_BAD:
                 raise DeviceError(NAME, "what comes from it is no report of a DualSense")
             spoke = spoke or told is not None
             self._told = told or self._told

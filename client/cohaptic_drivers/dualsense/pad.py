@@ -17,7 +17,7 @@ from cohaptic_drivers.dualsense.cursor import (
 )
 from cohaptic_drivers.dualsense.feeling import CONTACT, NOTHING_FELT, felt
 from cohaptic_drivers.dualsense.link import LEAST_GAP, SILENCE
-from cohaptic_drivers.dualsense.reports import MOST, NAME, Effects, Held
+from cohaptic_drivers.dualsense.reports import LARGEST, NAME, Effects, Held
 
 GIVE_UP = 0.25  # s; after a longer silence the pad counts as gone
 _RATE = 250.0  # Hz; rate of the pad's reports, by users' measurements (the Edge: 1 kHz)
@@ -30,7 +30,7 @@ class Link(Protocol):
         """Return the newest report since the last call; raise DeviceError when the pad is gone."""
         ...
 
-    def give(self, effects: Effects) -> None:
+    def send(self, effects: Effects) -> None:
         """Set the effects that are sent to the pad; raise as `poll`."""
         ...
 
@@ -110,7 +110,7 @@ class Pad:
             full=self._full,
             now=self._now or 0.0,
         )
-        self._link.give(self._feeling.effects)
+        self._link.send(self._feeling.effects)
 
     def release(self) -> None:
         """Switch all effects off; may be called from another thread."""
@@ -135,7 +135,7 @@ def pad_info(depth: float, full: float) -> DeviceInfo:
         max_force=full,
         # A brake stores no energy, so no stiffness is unstable; the value is the SpaceMouse's.
         max_stiffness=1000.0,
-        resolution=depth / MOST,
+        resolution=depth / LARGEST,
         latency=1.0 / _RATE + LEAST_GAP,
         rate=_RATE,
         force_axes=1,

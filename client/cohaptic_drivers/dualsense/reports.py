@@ -10,7 +10,7 @@ from cohaptic.errors import DeviceError
 NAME = "dualsense"
 SIZE = 64  # bytes of a report from the pad
 OUTPUT_SIZE = 48  # bytes of a report to the pad; the kernel sends 63, and the pad takes both
-MOST = 255  # full scale of each byte with a pull, a stick, a resistance or a rumble
+LARGEST = 255  # full scale of each byte with a pull, a stick, a resistance or a rumble
 
 _USB, _BLUETOOTH = 0x01, 0x31  # ids of reports from the pad
 _OUTPUT = 0x02  # id of a report to the pad
@@ -95,7 +95,10 @@ def decode(report: Iterable[int], side: Side) -> Held | None:
     if len(data) != SIZE or data[0] != _USB:
         return None
     buttons = data[8] >> 4 | data[9] << 4 | (data[10] & 0b111) << 12
-    left, right = (_share(data[1]), -_share(data[2])), (_share(data[3]), -_share(data[4]))
+    left, right = (
+        (_fraction(data[1]), -_fraction(data[2])),
+        (_fraction(data[3]), -_fraction(data[4])),
+    )
     return Held(left, right, data[side.analog], buttons)
 
 
@@ -116,9 +119,9 @@ def wireless() -> DeviceError:
     return DeviceError(NAME, "it is connected by Bluetooth", "connect it by cable")
 
 
-def _share(raw: int) -> float:
-    return max(-1.0, min(1.0, (raw - _CENTRE) / (MOST - _CENTRE)))
+def _fraction(raw: int) -> float:
+    return max(-1.0, min(1.0, (raw - _CENTRE) / (LARGEST - _CENTRE)))
 
 
 def _byte(value: int) -> int:
-    return max(0, min(MOST, value))
+    return max(0, min(LARGEST, value))

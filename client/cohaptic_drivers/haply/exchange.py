@@ -23,7 +23,7 @@ _FAREWELLS = 2  # messages with zero force at the end: the answer to the first m
 # s; time for an answer that does not come, for the last messages after it, and for a busy machine.
 LONGEST_CLOSE = GIVE_UP + (_FAREWELLS + 2) * SILENCE
 # One garbled message may be a slip of the service; several in a row do not come from a device.
-_MOST_GARBLED = 5
+_MAX_GARBLED = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +73,7 @@ class Exchange:
         self._thread = threading.Thread(target=self._run, name="haply", daemon=True)
         self._thread.start()
 
-    def give(self, force: Vec3) -> None:
+    def send(self, force: Vec3) -> None:
         """Set the force [N] that the next message sends; return at once."""
         self._force = force
         self._wake()
@@ -123,7 +123,7 @@ class Exchange:
             report = decode(text, self._device)
         except GarbledReport:
             self._garbled += 1
-            if self._garbled >= _MOST_GARBLED:
+            if self._garbled >= _MAX_GARBLED:
                 raise
             return
         self._garbled = 0

@@ -74,11 +74,11 @@ class Inverse3:
     def write(self, force: Vec3) -> None:
         """Send `force` [N] with the next message; raise as `read`."""
         self._check()
-        self._exchange.give(force)
+        self._exchange.send(force)
 
     def release(self) -> None:
         """Set the force on the hand to zero; may be called from another thread."""
-        self._exchange.give((0.0, 0.0, 0.0))
+        self._exchange.send((0.0, 0.0, 0.0))
 
     def close(self) -> None:
         """Send zero force, then end the thread of the exchange; may be called twice."""

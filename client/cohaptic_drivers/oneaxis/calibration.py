@@ -67,7 +67,7 @@ def _counts(link: BoardLink, clock: Clock) -> int:
     end = clock.now() + _ANSWER
     link.poll()
     while True:
-        link.give(0.0)
+        link.send(0.0)
         told = link.poll()
         if told is not None:
             return _whole(told).counts
@@ -112,12 +112,12 @@ def _nudge(link: BoardLink, clock: Clock, amperes: float, enough: float) -> int:
             while (passed := clock.now() - begin) < NUDGE_TIME and abs(moved) < enough:
                 if ended():
                     break
-                link.give(amperes * passed / NUDGE_TIME)
+                link.send(amperes * passed / NUDGE_TIME)
                 told = link.poll()
                 moved = moved if told is None else _whole(told).counts - start
                 clock.sleep_until(clock.now() + _PERIOD)
         finally:
-            link.give(0.0)
+            link.send(0.0)
     return moved if abs(moved) >= enough else 0
 
 

@@ -22,7 +22,7 @@ _DESCRIBED = struct.Struct(
 _REPORTED = struct.Struct("<BBIih")  # sequence, flags, time, counts, current
 _SIZES = {_DESCRIPTION: 3 + _DESCRIBED.size + 1, _REPORT: 3 + _REPORTED.size + 1}
 _FAULTY, _TRIPPED, _LIMITED, _PRESSED = 1, 2, 4, 8
-_MOST_CURRENT = 32767  # mA; largest number that fits into a frame
+_MAX_CURRENT = 32767  # mA; largest number that fits into a frame
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ def identify(sequence: int) -> bytes:
 def command(sequence: int, amperes: float) -> bytes:
     """Encode a motor current [A], positive toward growing counts; 0 if it is not finite."""
     wanted = 1e3 * amperes if math.isfinite(amperes) else 0.0
-    milliamperes = round(max(-_MOST_CURRENT, min(_MOST_CURRENT, wanted)))
+    milliamperes = round(max(-_MAX_CURRENT, min(_MAX_CURRENT, wanted)))
     return _sealed(struct.pack("<BBh", _FORCE, sequence & 0xFF, milliamperes))
 
 

@@ -37,7 +37,7 @@ class Link(Protocol):
         """Return the newest report since the last call; raise DeviceError if the board is gone."""
         ...
 
-    def give(self, amperes: float) -> None:
+    def send(self, amperes: float) -> None:
         """Send this motor current [A]; raise as `poll`."""
         ...
 
@@ -117,7 +117,7 @@ class Handle:
         self._check_open()
         if not is_finite(force) or self.info.max_force == 0.0:
             force = ZERO
-        self._link.give(self._unit.current(dot(force, self._axis)))
+        self._link.send(self._unit.current(dot(force, self._axis)))
 
     def release(self) -> None:
         """Set the force on the hand to zero; may be called from another thread."""
@@ -143,8 +143,8 @@ class Handle:
         if passed > now - self._heard[0] + SILENCE:
             advice = "see to its supply, then start again"
             raise DeviceError(NAME, "its board started anew", advice)
-        most = _JUMP + _FASTEST * passed
-        if abs(place - self._place) > most or abs(place) > 2.0 * self._unit.travel:
+        largest = _JUMP + _FASTEST * passed
+        if abs(place - self._place) > largest or abs(place) > 2.0 * self._unit.travel:
             advice = "hold the handle in its middle, then start again"
             raise DeviceError(NAME, "its sensor jumped", advice)
         if passed > SILENCE:
@@ -168,10 +168,10 @@ def handle_info(unit: Unit, *, force: bool, board: Description | None = None) ->
     limit, per_turn, lets_go = (
         (LIMIT, COUNTS, LETS_GO) if board is None else (board.limit, board.counts, board.watchdog)
     )
-    most = unit.most_force(limit) if force else 0.0
+    largest = unit.most_force(limit) if force else 0.0
     return DeviceInfo(
         NAME,
-        max_force=most,
+        max_force=largest,
         max_stiffness=unit.max_stiffness,
         damping=unit.damping,
         max_damping=unit.max_damping,
@@ -179,6 +179,6 @@ def handle_info(unit: Unit, *, force: bool, board: Description | None = None) ->
         resolution=1.0 / unit.counts(per_turn),
         latency=0.002,
         sensed_axes=1,
-        force_axes=1 if most > 0.0 else 0,
+        force_axes=1 if largest > 0.0 else 0,
         lets_go=lets_go,
     )

@@ -24,7 +24,7 @@ from cohaptic_drivers.oneaxis.frames import (
 BAUD = 500_000
 _LONGEST = 4096  # bytes that may wait to be read; a report has 16
 _PATIENCE = 0.005  # s to wait for a report; then the next command goes out without it
-_MOST_SKIPPED = 160  # bytes in a row that are no frame: the length of ten reports
+_MAX_SKIPPED = 160  # bytes in a row that are no frame: the length of ten reports
 _CALLS = 0.1  # s between the first commands, until the board answers
 FIRST_ANSWER = 4.0  # s; opening the port starts an Arduino anew, and its boot loader waits for 2 s
 _LONGEST_WATCHDOG = 0.1  # s; a board that holds a force for longer is refused
@@ -70,7 +70,7 @@ class BoardLink:
         """Request the board's description; the request gives no force. Raises as `poll`."""
         self._write(identify(self._next()))
 
-    def give(self, amperes: float) -> None:
+    def send(self, amperes: float) -> None:
         """Send a current [A] if the last command has its report; send a change to zero at once.
 
         This call reads the report itself, because the loop does not poll while it releases the
@@ -117,7 +117,7 @@ class BoardLink:
                 self._described = told
             else:
                 self._told, self._sent = told, None
-        if self._reader.skipped > _MOST_SKIPPED:
+        if self._reader.skipped > _MAX_SKIPPED:
             raise DeviceError(
                 NAME, "what comes from its board is none of its reports", "see its cable"
             )
@@ -135,7 +135,7 @@ def open_board(path: str, clock: Clock) -> tuple[BoardLink, Description, Report]
         if described is None:
             raise _another(path)
         _check(described, path)
-        first = _answer(lambda: link.give(0.0), link.poll, clock)
+        first = _answer(lambda: link.send(0.0), link.poll, clock)
     except DeviceError as error:
         link.close()
         raise (_another(path) if "reports" in error.problem else error) from error

@@ -36,7 +36,7 @@ class Link(Protocol):
         """Return the newest report since the last call; raise DeviceError if the board is gone."""
         ...
 
-    def give(self, milliamps: Vec3) -> None:
+    def send(self, milliamps: Vec3) -> None:
         """Send these motor currents [mA]; raise as `poll`."""
         ...
 
@@ -124,7 +124,7 @@ class WoodenArm:
         if not self._force or not is_finite(force):
             force = ZERO
         amperes = motor_currents(self._unit, self._pose.jacobian, force)
-        self._link.give(scale(amperes, 1e3))
+        self._link.send(scale(amperes, 1e3))
 
     def release(self) -> None:
         """Set the force on the hand to zero; may be called from another thread."""
@@ -140,8 +140,8 @@ class WoodenArm:
         pose = self._pose_of(told)
         assert self._heard is not None
         dt = now - self._heard
-        most = _JUMP + _FASTEST * max(0.0, dt)
-        if pose is None or norm(sub(pose.position, self._pose.position)) > most:
+        largest = _JUMP + _FASTEST * max(0.0, dt)
+        if pose is None or norm(sub(pose.position, self._pose.position)) > largest:
             raise DeviceError(
                 NAME,
                 "its encoders jumped",

@@ -24,8 +24,8 @@ _WAIT = 10  # ms to wait for a report; then a command prompts the board
 # s; silence of the board after which it gets zero currents. The loop notices after `SILENCE` and
 # has let the hand go without a jerk by then; a report that is late by less costs no force.
 _LOST = 0.03
-_MOST_STALE = 128  # reports that one turn reads at most; twice the queue of Linux
-_MOST_BAD = 20  # invalid reports in a row
+_MAX_STALE = 128  # reports that one turn reads at most; twice the queue of Linux
+_MAX_BAD = 20  # invalid reports in a row
 _JOIN = 0.25  # s for the thread to end
 
 
@@ -55,7 +55,7 @@ class HidLink:
         told, self._told = self._told, None
         return told
 
-    def give(self, milliamps: Vec3) -> None:
+    def send(self, milliamps: Vec3) -> None:
         """Set the currents [mA] that the next report sends; raise as `poll`."""
         if self._trouble is not None:
             raise self._trouble
@@ -100,13 +100,13 @@ class HidLink:
         """
         size = self._reports.size
         report, spoke = self._device.read(size, _WAIT), False
-        for _ in range(_MOST_STALE):
+        for _ in range(_MAX_STALE):
             if not report:
                 return spoke
             spoke = True
             told = self._reports.decode(bytes(report))
             self._bad = 0 if told is not None else self._bad + 1
-            if self._bad >= _MOST_BAD:
+            if self._bad >= _MAX_BAD:
                 raise DeviceError(NAME, "what comes from its board is no report of it")
             self._told = told or self._told
             if self._reports.waits:

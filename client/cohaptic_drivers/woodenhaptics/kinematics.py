@@ -106,7 +106,7 @@ def pose_at(unit: Unit, angles: Vec3) -> Pose | None:
 def motor_currents(unit: Unit, jacobian: Columns, force: Vec3) -> Vec3:
     """Return the motor currents [A] that apply `force` [N] at the tip.
 
-    If one would exceed the unit's limit, all are scaled down alike: less force, same direction.
+    If one would exceed the unit's largest, all are scaled down alike: less force, same direction.
     """
     wanted = [
         sum(column[k] * force[k] for k in range(3))  # torque of the joint, J^T F
@@ -115,9 +115,9 @@ def motor_currents(unit: Unit, jacobian: Columns, force: Vec3) -> Vec3:
         / unit.torque_constants[i]
         for i, column in enumerate(jacobian)
     ]
-    most = max(map(abs, wanted))
-    share = min(1.0, unit.max_current / most) if most > 0.0 else 1.0
-    a, b, c = (share * each for each in wanted)
+    largest = max(map(abs, wanted))
+    fraction = min(1.0, unit.max_current / largest) if largest > 0.0 else 1.0
+    a, b, c = (fraction * each for each in wanted)
     return (a, b, c) if is_finite((a, b, c)) else (0.0, 0.0, 0.0)
 
 

@@ -16,7 +16,7 @@ from cohaptic_drivers.woodenhaptics.reports import Told, command_line, read_answ
 
 _LONGEST = 4096  # bytes that may wait to be read; an answer has 60
 _PATIENCE = 0.005  # s to wait for an answer; then the next command goes out without it
-_MOST_BAD = 10  # lines in a row that are no answers, or report an error in the command: 10 ms
+_MAX_BAD = 10  # lines in a row that are no answers, or report an error in the command: 10 ms
 _VENDOR = "16c0"
 _TEENSY = (0x16C0, 0x0483)
 _CALLS = 0.1  # s between the first commands, until the board answers
@@ -50,7 +50,7 @@ class SerialLink:
         told, self._told = self._told, None
         return told
 
-    def give(self, milliamps: Vec3) -> None:
+    def send(self, milliamps: Vec3) -> None:
         """Send currents [mA] if the last command has its answer; send a change to zero at once.
 
         This call reads the answer itself, because the loop does not poll while it releases the
@@ -79,7 +79,7 @@ class SerialLink:
             if told is None or told.error:
                 self._bad += 1
                 problem = "is no answer of it" if told is None else f"tells error {told.error}"
-                if self._bad >= _MOST_BAD:
+                if self._bad >= _MAX_BAD:
                     raise DeviceError(NAME, f"what comes from its board {problem}", "see its cable")
             else:
                 self._bad = 0
@@ -139,7 +139,7 @@ def _first_answer(link: SerialLink, clock: Clock) -> Told | None:
     """Repeat a command of zero current, as the port may lose the first; None without an answer."""
     end = clock.now() + _FIRST_ANSWER
     while (now := clock.now()) < end:
-        link.give(ZERO)
+        link.send(ZERO)
         called = now
         while clock.now() < called + _CALLS:
             told = link.poll(clock.now())

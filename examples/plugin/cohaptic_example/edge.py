@@ -26,11 +26,11 @@ class Edge:
 
     def apply(self, memory: bool, contact: Contact) -> bool:
         """Give the share of the force that the place allows."""
-        share = min(1.0, max(0.0, (RADIUS - math.hypot(*contact.tip)) / MARGIN))
-        if share < 1.0:
+        fraction = min(1.0, max(0.0, (RADIUS - math.hypot(*contact.tip)) / MARGIN))
+        if fraction < 1.0:
             x, y, z = contact.force
             contact.added_stiffness = math.hypot(x, y, z) / MARGIN
-            contact.force = (share * x, share * y, share * z)
+            contact.force = (fraction * x, fraction * y, fraction * z)
         return memory
 
 

@@ -34,7 +34,7 @@ def reading(server: CohapticServer) -> str:
     return json.dumps({"tick": room.world.tick, "forces": forces})
 
 
-def most_readers(text: str) -> int:
+def max_readers(text: str) -> int:
     """The number of programs that may read at once, from the text of the option."""
     if not text:
         return READERS
@@ -46,12 +46,12 @@ def most_readers(text: str) -> int:
 @asynccontextmanager
 async def offer(serving: Serving, text: str) -> AsyncGenerator[str]:
     """Let programs of this machine read the forces while the server runs."""
-    most, readers = most_readers(text), 0
+    limit, readers = max_readers(text), 0
 
     async def serve(connection: ServerConnection) -> None:
         nonlocal readers
-        if readers >= most:
-            await connection.close(1013, f"as many as may, {most}, read already")
+        if readers >= limit:
+            await connection.close(1013, f"as many as may, {limit}, read already")
             return
         readers += 1
         try:
@@ -64,7 +64,7 @@ async def offer(serving: Serving, text: str) -> AsyncGenerator[str]:
             readers -= 1
 
     serving.server.add_endpoint(SUBPROTOCOL, Endpoint(serve, longest=64))
-    yield f"programs of this machine may read forces, as {SUBPROTOCOL}; at once: {most}"
+    yield f"programs of this machine may read forces, as {SUBPROTOCOL}; at once: {limit}"
 
 
-ROUTE = Route(offer, check=most_readers)
+ROUTE = Route(offer, check=max_readers)

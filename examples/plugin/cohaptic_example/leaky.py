@@ -33,8 +33,8 @@ class Leaky:
             wanted = contact.integral_gain * contact.depth - integral / LEAK
         else:
             wanted = -touched / RELEASE
-        most = contact.budget  # what the hand's own motion does not explain, in this period
-        grown = max(-most, min(most, wanted * contact.dt))
+        limit = contact.budget  # what the hand's own motion does not explain, in this period
+        grown = max(-limit, min(limit, wanted * contact.dt))
         integral = max(0.0, integral + grown)
         contact.press(contact.k_h * contact.depth + integral)
         return integral, integral if contact.depth > 0.0 else touched

@@ -29,7 +29,7 @@ INFO = DeviceInfo("tracker", max_force=0.0, max_stiffness=1000.0, rate=60.0, for
 SILENCE = 0.1  # s without a datagram after which the hand is not seen any more
 REACH = 2.0  # m; nothing farther from the middle is a hand
 FASTEST = 1.5  # m/s; the safety layer lets go of what is faster, and a tracker makes mistakes
-_MOST = 32  # datagrams that one period looks at; the newest counts
+_LARGEST = 32  # datagrams that one period looks at; the newest counts
 _LONGEST = 1 << 16  # bytes; no datagram is longer
 
 
@@ -53,7 +53,7 @@ class Tracker:
     def read(self, now: float) -> DeviceSample:
         """The newest place; not fresh while nothing comes."""
         newest: Vec3 | None = None
-        for _ in range(_MOST):
+        for _ in range(_LARGEST):
             try:
                 newest = _place_of(self._socket.recv(_LONGEST)) or newest
             except BlockingIOError:

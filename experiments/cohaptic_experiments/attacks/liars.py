@@ -1,8 +1,8 @@
 """Co-users who lie about themselves, in whole sessions with victims who rest.
 
 A liar tells one of two states in turn: by a clock, by chance, or by the motion of a victim. It may
-be a client, which tells a give of its hand, or a page, which tells the hand, too; it obeys no pace,
-and may come again, change its law, and say any tick and any time.
+be a client, which tells a deflection of its hand, or a page, which tells the hand, too; it obeys
+no pace, and may come again, change its law, and say any tick and any time.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Told:
         depth: Depth of its tip [m].
         force: Force out of the object [N].
         aside: Force along the surface [N].
-        give: Displacement of its model [m].
+        deflection: Displacement of its model [m].
         model: Its hand, if it tells one.
         anchored: Whether it tells an anchor.
     """
@@ -50,7 +50,7 @@ class Told:
     depth: float
     force: float
     aside: float
-    give: float
+    deflection: float
     model: HandModel
     anchored: bool
 
@@ -108,7 +108,7 @@ def _told(r: random.Random) -> Told:
         depth=r.choice([-5.0, -0.02, -0.001, 0.0, 0.005, 0.008, 0.02, 0.05, 0.2, 5.0]),
         force=r.choice([0.0, 0.05, 2.0, 10.0, 10.0, 100.0]),
         aside=r.choice([0.0, 0.0, 0.0, 5.0]),
-        give=r.choice([0.0, 0.0, 0.02, -0.02, 0.2, -0.2, 10.0, -10.0]),
+        deflection=r.choice([0.0, 0.0, 0.02, -0.02, 0.2, -0.2, 10.0, -10.0]),
         model=model,
         anchored=r.random() < 0.25,
     )
@@ -225,7 +225,7 @@ class _Lying(VirtualUser):
             tip,
             _within(force, MAX_FORCE),
             tip if told.anchored else None,
-            told.give,
+            told.deflection,
             told.model if self.page else None,
         )
         self.up.push(sample.encode(), now)
@@ -253,9 +253,9 @@ class _Lying(VirtualUser):
         return said.get(liar.times, now + self.r.choice([-1e6, 1e6, 0.0]))
 
 
-def _within(v: Vec3, most: float) -> Vec3:
+def _within(v: Vec3, limit: float) -> Vec3:
     size = norm(v)
-    return scale(v, 0.999 * most / size) if size > 0.999 * most else v
+    return scale(v, 0.999 * limit / size) if size > 0.999 * limit else v
 
 
 def _join(session: VirtualSession, liar: Liar, victims: list[VirtualUser], turn: int) -> str:

@@ -124,12 +124,12 @@ def draw(seed: int) -> Room:
 class _Busy(VirtualSession):
     """A session whose server misses a share of its ticks, by chance."""
 
-    def __init__(self, body: Balloon, share: float, r: random.Random) -> None:
+    def __init__(self, body: Balloon, fraction: float, r: random.Random) -> None:
         super().__init__(body)
-        self._share, self._r = share, r
+        self._fraction, self._r = fraction, r
 
     def _tick(self) -> None:
-        if self._r.random() < self._share:
+        if self._r.random() < self._fraction:
             self._next_tick += self.room.settings.simulation_period
         else:
             super()._tick()

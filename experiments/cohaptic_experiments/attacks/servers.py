@@ -71,9 +71,9 @@ def _partner(r: random.Random, user: int, earlier: int) -> Partner:
         user,
         r.choice([LIGHTEST, LIGHTEST, HEAVIEST, USUAL_HAND, drawn]),
         intended=r.choice([-20.0, -0.02, -0.01, 0.0, 0.005, 0.01, 0.02, 0.1, 20.0]),
-        give=r.choice([0.0, 0.0, 0.01, -0.01, -10.0, 10.0]),
+        deflection=r.choice([0.0, 0.0, 0.01, -0.01, -10.0, 10.0]),
         force=r.choice([0.0, 0.0, 2.0, 10.0, 300.0]),
-        most=r.choice([0.0, 1.0, 10.0, 100.0]),
+        max_force=r.choice([0.0, 1.0, 10.0, 100.0]),
         c_jj=r.choice([_SOFT, _SOFT, 1e-6, 1e-4, 10.0]),
         coupled=tuple(coupled),
     )
@@ -83,7 +83,7 @@ def _patch(r: random.Random) -> Patch:
     users = range(2, 2 + r.choice([1, 1, 1, 2, 3]))
     partners = Partners(
         weight=r.choice([0.0, 0.5, 1.0, 1.0, 1.0]),
-        most=r.choice([0.0, 10.0, 10.0, 10.0]),
+        max_force=r.choice([0.0, 10.0, 10.0, 10.0]),
         model=r.choice([LIGHTEST, HEAVIEST, USUAL_HAND]),
         partners=tuple(_partner(r, user, j) for j, user in enumerate(users)),
     )
@@ -103,7 +103,7 @@ def _let_loose(r: random.Random) -> Server:
     coupled = _SOFT * r.choice([0.05, 0.135, 0.3])
     hand = Partner(2, LIGHTEST, 0.1, 0.0, 0.0, 100.0, 1e-4, (coupled,))
     pressing = Partners(1.0, 10.0, USUAL_HAND, (hand,))
-    gone = Partners(1.0, 10.0, USUAL_HAND, (hand._replace(intended=-0.1, most=0.0),))
+    gone = Partners(1.0, 10.0, USUAL_HAND, (hand._replace(intended=-0.1, max_force=0.0),))
     a, b = replace(_PLANE, partners=pressing), replace(_PLANE, partners=gone)
     return Server(a, b, a, "clock", half=r.choice([10, 20, 40]), each=1, warms=0)
 
@@ -139,11 +139,13 @@ def _altered(patch: Patch, r: random.Random) -> Patch:
     news = patch.partners
     if news is not None and news.partners and r.random() < 0.6:
         j, part = r.randrange(len(news.partners)), "partners"
-        field_of = r.choice(["model", "intended", "give", "force", "most", "c_jj", "coupled"])
+        field_of = r.choice(
+            ["model", "intended", "deflection", "force", "max_force", "c_jj", "coupled"]
+        )
         value: Any = getattr(_partner(r, news.partners[j].user, j), field_of)
         one = news.partners[j]._replace(**{field_of: value})
         others = (*news.partners[:j], one, *news.partners[j + 1 :])
-        changed = Partners(news.weight, news.most, news.model, others)
+        changed = Partners(news.weight, news.max_force, news.model, others)
     return replace(patch, **{part: changed})
 
 

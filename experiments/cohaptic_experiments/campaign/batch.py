@@ -20,7 +20,7 @@ def all_haptics(
     lags: Floats,
     couplings: Floats,
     roots: Floats,
-    shares: Floats,
+    fractions: Floats,
     periods: Floats,
     seeds: Ints,
     seconds: float,
@@ -41,7 +41,7 @@ def all_haptics(
         lags: Lags of the rooms, shape (trials,) [s].
         couplings: S of each, padded likewise.
         roots: Padded likewise.
-        shares: Share of the negative part that is anticipated, (trials,); below 0 for nothing.
+        fractions: Share of the negative part that is anticipated, (trials,); below 0 for nothing.
         periods: Simulation periods, shape (trials,) [s].
         seeds: Shape (trials,).
         seconds: Length of the haptics [s].
@@ -59,9 +59,9 @@ def all_haptics(
             links[t, :n],
             gains[t, :n],
             lags[t],
-            couplings[t, : 3 * n if shares[t] >= 0.0 else 0, : 3 * n],
+            couplings[t, : 3 * n if fractions[t] >= 0.0 else 0, : 3 * n],
             roots[t, : 3 * n],
-            shares[t],
+            fractions[t],
             periods[t],
             seeds[t],
             seconds,

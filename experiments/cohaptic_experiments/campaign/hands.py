@@ -202,21 +202,23 @@ def _figure(judged: dict[Variant, Verdicts]) -> Figure:
     bars, spread, rooms = figure.subplots(1, 3, width_ratios=(1.1, 1.2, 1.0))
     for place, rule in enumerate(RULES):
         for shift, variant in ((-0.2, rule.without_passivity), (0.2, rule)):
-            share = 100.0 * float(judged[variant].unstable.mean())
+            fraction = 100.0 * float(judged[variant].unstable.mean())
             bars.barh(
                 place + shift,
-                share,
+                fraction,
                 0.36,
                 color=COLORS[rule],
                 alpha=0.4 if variant.budget == 0.0 else 1.0,
             )
             bars.annotate(
-                f"{share:.3g} %", (share, place + shift), xytext=(3, 0),
+                f"{fraction:.3g} %", (fraction, place + shift), xytext=(3, 0),
                 textcoords="offset points", va="center", fontsize=7,
             )  # fmt: skip
         errors = np.sort(judged[rule].errors)
-        shares = 100.0 * np.arange(1, errors.size + 1) / errors.size
-        spread.plot(100.0 * np.maximum(errors, 1e-5), shares, color=COLORS[rule], label=rule.rule)
+        fractions = 100.0 * np.arange(1, errors.size + 1) / errors.size
+        spread.plot(
+            100.0 * np.maximum(errors, 1e-5), fractions, color=COLORS[rule], label=rule.rule
+        )
         verdicts = judged[rule]
         sizes = [n for n in range(1, MAX_USERS + 1) if (verdicts.users == n).any()]
         worst = [100.0 * np.percentile(verdicts.errors[verdicts.users == n], 95) for n in sizes]

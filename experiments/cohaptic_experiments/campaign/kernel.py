@@ -25,14 +25,14 @@ from cohaptic.control.laws.proportional import proportional_force
 from cohaptic.vec import ZERO, add, dot, norm, scale, sub
 from cohaptic_client.loop.arrival import next_patience
 from cohaptic_client.loop.config import INTEGRAL_RELEASE_TIME
-from cohaptic_client.loop.passivity import dissipate, given_share, observe
+from cohaptic_client.loop.passivity import dissipate, given_fraction, observe
 from cohaptic_client.loop.rules.given import on_body
 from cohaptic_client.loop.safety import (
     EXTERNAL_RATE,
     SAFETY_FADE_RATE,
     SafetyLimits,
     clamped,
-    next_share,
+    next_fraction,
     rate_of,
     towards,
 )
@@ -54,7 +54,7 @@ for _function in (
     vec.add, vec.sub, vec.scale, vec.dot, vec.cross, vec.norm, vec.unit,
     coulomb.times, coulomb.tangents, coulomb.normal_shift, coulomb.follow_material, friction_step,
     predictive_force, proportional_force, integration_threshold, proportional_integral_step,
-    dissipate, given_share, observe, next_share, clamped, towards, rate_of, hold_back,
+    dissipate, given_fraction, observe, next_fraction, clamped, towards, rate_of, hold_back,
     next_patience, on_body,
 ):  # fmt: skip
     usable(_function)
@@ -78,7 +78,7 @@ def haptics(
     lag: float,
     S: Floats,
     root: Floats,
-    share: float,
+    fraction: float,
     simulation_period: float,
     seed: int,
     seconds: float,
@@ -103,7 +103,7 @@ def haptics(
             has a shorter one before they have touched and after they have let go.
         S: Coupling that is anticipated, shape (3 n, 3 n); empty for none.
         root: As in `server_plan.Plan`, shape (3 n,).
-        share: As in `server_plan.Plan`.
+        fraction: As in `server_plan.Plan`.
         simulation_period: N T [s].
         seed: Seed of jitter, loss and phases.
         seconds: Length of haptics.
@@ -125,7 +125,7 @@ def haptics(
         np.full((n, 1), lag),
         np.zeros((n, 3)),
         np.zeros((n, 3)),
-        empty_plan(S, root, share, n),
+        empty_plan(S, root, fraction, n),
     )
     answers = np.zeros(n)  # tick of the newest patch of each
     # The hands: normal and first tangent; along the second nobody moves.
@@ -157,9 +157,9 @@ def haptics(
         for i in range(n):
             slot = receive(down, i, now)
             while slot >= 0:
-                share = min(1.0, (now - arrived[i]) / simulation_period)
-                x_from[i] += share * (x_to[i] - x_from[i])
-                own_from[i] += share * (own_to[i] - own_from[i])
+                fraction = min(1.0, (now - arrived[i]) / simulation_period)
+                x_from[i] += fraction * (x_to[i] - x_from[i])
+                own_from[i] += fraction * (own_to[i] - own_from[i])
                 x_to[i], own_to[i] = down.payload[i, slot, :3], down.payload[i, slot, 3:6]
                 answers[i] = down.payload[i, slot, 6]
                 if arrived[i] >= 0.0:
@@ -179,16 +179,16 @@ def haptics(
                 )
                 x[i, 1] += T * v[i, 1]
             way = (x[i, 0] - x0, x[i, 1] - x1, 0.0)
-            share = min(1.0, (now - arrived[i]) / simulation_period)
+            fraction = min(1.0, (now - arrived[i]) / simulation_period)
             shown = (
-                x_from[i, 0] + share * (x_to[i, 0] - x_from[i, 0]),
-                x_from[i, 1] + share * (x_to[i, 1] - x_from[i, 1]),
-                x_from[i, 2] + share * (x_to[i, 2] - x_from[i, 2]),
+                x_from[i, 0] + fraction * (x_to[i, 0] - x_from[i, 0]),
+                x_from[i, 1] + fraction * (x_to[i, 1] - x_from[i, 1]),
+                x_from[i, 2] + fraction * (x_to[i, 2] - x_from[i, 2]),
             )
             own = (
-                own_from[i, 0] + share * (own_to[i, 0] - own_from[i, 0]),
-                own_from[i, 1] + share * (own_to[i, 1] - own_from[i, 1]),
-                own_from[i, 2] + share * (own_to[i, 2] - own_from[i, 2]),
+                own_from[i, 0] + fraction * (own_to[i, 0] - own_from[i, 0]),
+                own_from[i, 1] + fraction * (own_to[i, 1] - own_from[i, 1]),
+                own_from[i, 2] + fraction * (own_to[i, 2] - own_from[i, 2]),
             )
             k_h, c_ii = gains[i, 0], C[3 * i, 3 * i]
             own_way, own_pace = -way[0], pace
@@ -239,18 +239,20 @@ def haptics(
                 )
                 along = sticks[i].force
                 both = add(scale(normal, f), add(scale(normal, f), along))
-                stored += 0.5 * dot(along, times(block, both)) / sticks[i].share
+                stored += 0.5 * dot(along, times(block, both)) / sticks[i].fraction
             law_force = add(scale(normal, damped), along)
             # A hand is engaged in full when a trial begins, before its first patch.
             quiet = now - arrived[i] > max(silent_after, patience[i]) and arrived[i] >= 0.0
             size = norm(law_force)
-            faded[i] = next_share(faded[i], not quiet, size, FADE_TIME if quiet else ENGAGE_TIME, T)
+            faded[i] = next_fraction(
+                faded[i], not quiet, size, FADE_TIME if quiet else ENGAGE_TIME, T
+            )
             rate = rate_of(device[i, 2])
             given = towards(force[i], scale(clamped(law_force, MAX_FORCE), faded[i]), rate * T)
             ratio = norm(given) / size if size > 0.0 else faded[i]
             contact = on_body(add(scale(normal, f), along), ratio, MAX_FORCE)
             if device[i, 0] > 0.0:
-                held = given_share(stored, ratio, faded[i])
+                held = given_fraction(stored, ratio, faded[i])
                 risen = (shown[0] - dent) - (shown_before[i, 0] - dent_before[i])
                 from_body = 0.5 * (own[0] + own_before[i, 0]) * risen
                 if mu > 0.0:

@@ -55,8 +55,10 @@ class Outcome(NamedTuple):
 def draw_near(seed: int, index: int) -> Trial:
     """Trial `index` of the ensemble: that of science 3.4, with links a share of as long."""
     rng = np.random.default_rng([seed, index, 15])
-    trial, share = draw(seed, index), rng.uniform(0.0, 1.0)
-    return replace(trial, up=share * trial.up, down=share * trial.down, jitter=share * trial.jitter)
+    trial, fraction = draw(seed, index), rng.uniform(0.0, 1.0)
+    return replace(
+        trial, up=fraction * trial.up, down=fraction * trial.down, jitter=fraction * trial.jitter
+    )
 
 
 def coupling(trial: Trial, variant: Variant) -> float:

@@ -19,7 +19,7 @@ class Plan(NamedTuple):
     Fields:
         S: Coupling of science 3.8, shape (3 n, 3 n); empty where nothing is anticipated.
         root: Square roots of K, which is diagonal in a contact's frame, shape (3 n,).
-        share: 1 / (1 + kappa) of the room, shape (1,).
+        fraction: 1 / (1 + kappa) of the room, shape (1,).
         touching: Users of whom `part` and `solve` are, shape (n,).
         part: X, in newton per newton, shape (3 n, 3 n).
         solve: (1 + X)^-1, likewise.
@@ -30,7 +30,7 @@ class Plan(NamedTuple):
 
     S: Floats
     root: Floats
-    share: Floats
+    fraction: Floats
     touching: Floats
     part: Floats
     solve: Floats
@@ -40,20 +40,20 @@ class Plan(NamedTuple):
 
 
 @compiled
-def empty_plan(S: Floats, root: Floats, share: float, users: int) -> Plan:
+def empty_plan(S: Floats, root: Floats, fraction: float, users: int) -> Plan:
     """Before the first tick.
 
     Args:
         S: As in `Plan`.
         root: As in `Plan`.
-        share: As in `Plan`.
+        fraction: As in `Plan`.
         users: n.
     """
     rows = 3 * users
     return Plan(
         S,
         root,
-        np.full(1, share),
+        np.full(1, fraction),
         np.zeros(users),
         np.zeros((rows, rows)),
         np.eye(rows),
@@ -112,7 +112,7 @@ def _find(plan: Plan) -> None:
             S[:, i] = 0.0
     values, vectors = np.linalg.eigh(S)
     for k in range(rows):
-        part = max(values[k], plan.share[0] * max(values[k], -LARGEST))
+        part = max(values[k], plan.fraction[0] * max(values[k], -LARGEST))
         values[k] = part
     for i in range(rows):
         for j in range(rows):

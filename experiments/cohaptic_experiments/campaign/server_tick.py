@@ -13,13 +13,13 @@ from cohaptic_experiments.campaign.server_plan import REMEMBERED, Plan, anticipa
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.applied_forces import (
     EFFECT_RATE,
-    allowed_shares,
+    allowed_fractions,
     fair_cap,
     limit_forces,
     low_pass,
 )
 
-for _function in (kept, low_pass, fair_cap, limit_forces, allowed_shares):
+for _function in (kept, low_pass, fair_cap, limit_forces, allowed_fractions):
     usable(_function)
 
 
@@ -75,11 +75,11 @@ def server_tick(
     requested = anticipate(server.plan, requested)
     lagged = low_pass(previous, requested, server.lags, period)
     change = np.sqrt(((lagged - previous) ** 2).sum(axis=1))
-    shares = allowed_shares(
+    fractions = allowed_fractions(
         change, server.stiffness, server.normal_compliance, EFFECT_RATE * period
     )
     for i in range(n):
-        server.applied[i] = previous[i] + shares[i] * (lagged[i] - previous[i])
+        server.applied[i] = previous[i] + fractions[i] * (lagged[i] - previous[i])
     server.plan.tick[0] += 1
     tick = server.plan.tick[0]
     server.plan.past[tick % REMEMBERED] = server.applied

@@ -67,18 +67,18 @@ def _run(
     trials: Sequence[Trial], variant: Variant, seconds: float, tail: float
 ) -> tuple[Floats, Floats, Floats]:
     """Tails, figures and lags of some trials."""
-    count, most = len(trials), MAX_USERS
-    C = np.zeros((count, 3 * most, 3 * most))
+    count, limit = len(trials), MAX_USERS
+    C = np.zeros((count, 3 * limit, 3 * limit))
     hands, devices, motions, links, gains = (
-        np.zeros((count, most, columns)) for columns in (5, 3, 9, 4, 2)
+        np.zeros((count, limit, columns)) for columns in (5, 3, 9, 4, 2)
     )
-    lags, shares = np.zeros(count), np.zeros(count)
-    S, roots = np.zeros((count, 3 * most, 3 * most)), np.ones((count, 3 * most))
+    lags, fractions = np.zeros(count), np.zeros(count)
+    S, roots = np.zeros((count, 3 * limit, 3 * limit)), np.ones((count, 3 * limit))
     for t, trial in enumerate(trials):
         n, none = len(trial.C), np.zeros(len(trial.C))
         C[t, : 3 * n, : 3 * n] = trial.blocks
         lags[t], plan = lag_of(trial, variant)
-        shares[t] = plan.share
+        fractions[t] = plan.fraction
         S[t, : 3 * n, : 3 * n], roots[t, : 3 * n] = plan.S, plan.root
         hands[t, :n] = np.stack(
             [trial.mass, trial.damping, trial.stiffness, trial.depth, trial.press_at], axis=1
@@ -90,7 +90,7 @@ def _run(
         motions[t, :n] = trial.motion
         loss = none if trial.loss is None else trial.loss
         links[t, :n] = np.stack([trial.up, trial.down, trial.jitter, loss], axis=1)
-    tails = np.zeros((count, round(min(tail, seconds) / T) // EVERY, most))
+    tails = np.zeros((count, round(min(tail, seconds) / T) // EVERY, limit))
     figures = np.zeros((count, FIGURES))
     all_haptics(
         CODES[variant.law],
@@ -104,7 +104,7 @@ def _run(
         lags,
         S,
         roots,
-        shares,
+        fractions,
         np.array([trial.simulation_period for trial in trials]),
         np.array([trial.seed for trial in trials]),
         seconds,

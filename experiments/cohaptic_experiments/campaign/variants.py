@@ -82,12 +82,12 @@ class Coupling(NamedTuple):
         S: S of three rows for each user, of which those along the surface are 0 without friction,
             shape (3 n, 3 n).
         root: Square roots of K in these rows, shape (3 n,).
-        share: Share of the negative part that is anticipated; below 0 where nothing is.
+        fraction: Share of the negative part that is anticipated; below 0 where nothing is.
     """
 
     S: Floats
     root: Floats
-    share: float
+    fraction: float
 
 
 def lag_of(trial: Trial, variant: Variant) -> tuple[float, Coupling]:

@@ -76,11 +76,11 @@ def run(options: Options, progress: Progress) -> Outcome:
     over_coupling = _curves([_dyad(c, DELAY, DELAY) for c in couplings.tolist()])
     progress(0.3)
     ratios, strengths = np.linspace(0.05, 1.0, size), np.linspace(0.1, 0.98, size)
-    shares = np.zeros((size, size))
+    fractions = np.zeros((size, size))
     for i, c in enumerate(strengths.tolist()):
         for j, ratio in enumerate(ratios.tolist()):
             dyad = _dyad(c, DELAY, ratio * DELAY)
-            shares[i, j] = by_roots(dyad) / by_rule(dyad)
+            fractions[i, j] = by_roots(dyad) / by_rule(dyad)
         progress(0.3 + 0.4 * (i + 1) / size)
     apart = np.linspace(0.05, 1.0, m)
     trio = {c: _trio(c, apart, part(progress, 0.7, 0.3)) for c in CLOSE}
@@ -93,25 +93,25 @@ def run(options: Options, progress: Progress) -> Outcome:
     _lines(second, couplings, over_coupling)
     second.set_xlabel("coupling c")
     second.set_title(f"two moving hands, {1e3 * DELAY:g} ms each")
-    _map(figure, third, ratios, strengths, shares)
+    _map(figure, third, ratios, strengths, fractions)
     _three(fourth, apart, trio)
     figure.legend(*first.get_legend_handles_labels(), loc="outside lower center", ncols=4)
 
     rows = _rows("delay [s]", delays, over_delay) + _rows("coupling", couplings, over_coupling)
-    for c, row in zip(strengths.tolist(), shares, strict=True):
+    for c, row in zip(strengths.tolist(), fractions, strict=True):
         rows += _rows(f"ratio of delays at c = {c:.3g}", ratios, {"exact over ours": row})
     for c, curves in trio.items():
         rows += _rows(f"ratio of delays of three, c = {c:g}", apart, curves)
     numbers: dict[str, Number] = {
         "theta_s": HAND.time,
-        "exact_over_ours_largest": float(shares.max()),
+        "exact_over_ours_largest": float(fractions.max()),
         "exact_over_theorem_at_least_ratio": [
             float(t[ROOTS][0] / t[OURS][0]) for t in trio.values()
         ],
         "small_gain_over_theorem": [float((t[GAIN] / t[OURS]).max()) for t in trio.values()],
     }
     table = Table(("over", "value", "criterion", "lag [s], or a share"), rows)
-    return Outcome(figure, table, numbers, _checks((over_delay, over_coupling), shares, trio))
+    return Outcome(figure, table, numbers, _checks((over_delay, over_coupling), fractions, trio))
 
 
 def _dyad(c: float, first: float, second: float) -> Dyad:
@@ -136,7 +136,7 @@ def _trio(c: float, ratios: Floats, progress: Progress) -> Curves:
 
 
 def _checks(
-    dyads: tuple[Curves, Curves], shares: Floats, trio: Mapping[float, Curves]
+    dyads: tuple[Curves, Curves], fractions: Floats, trio: Mapping[float, Curves]
 ) -> tuple[Check, ...]:
     """No criterion calls an unstable dyad stable, and the theorem is exact for equal delays."""
     crossed = max(float((d[ROOTS] - d[CROSSINGS]).max()) for d in dyads)
@@ -144,18 +144,18 @@ def _checks(
     free = (Hand(0.3, 3.0, 0.0, 1.0), Hand(0.4, 5.0, 0.0, 1.0))
     expected = (3.0**2 + 5.0**2) / (2.0 * (0.3 + 0.4))
     like = np.mean([t[ROOTS][-1] / t[OURS][-1] for t in trio.values()])
-    share = max(float((t[ROOTS] / t[OURS]).max()) for t in trio.values())
+    fraction = max(float((t[ROOTS] / t[OURS]).max()) for t in trio.values())
     gain = min(float((t[GAIN] / t[OURS]).min()) for t in trio.values())
     return (
-        at_most("two moving hands: exact lag over ours, largest", float(shares.max()), 1.0),
+        at_most("two moving hands: exact lag over ours, largest", float(fractions.max()), 1.0),
         at_most("two moving hands: exact lag above that by zero crossings, s", crossed, 1e-3),
         near("two moving hands: lag of unlike delays over that of like ones with the same sum",
              unlike, 1.0, 0.01),
         near("two free hands and a spring: stiffness that bears any delay, N/m (Du et al. 2025)",
              stiffest_spring(free), expected, 0.01),
         near("three held hands, like delays: exact lag over the theorem's", float(like), 1.0, 0.01),
-        at_most("three held hands, any delays: exact lag over the theorem's, largest", share, 1.01),
-        at_least("three held hands: lag by small gain over the theorem's, least", gain, 1.0),
+        at_most("three held hands, any delays: exact lag over the theorem's, largest", fraction,
+        1.01), at_least("three held hands: lag by small gain over the theorem's, least", gain, 1.0),
     )  # fmt: skip
 
 
@@ -175,10 +175,10 @@ def _lines(axes: Axes, x: Floats, curves: Curves) -> None:
     axes.set_ylabel(r"lag needed $\tau$ [ms]")
 
 
-def _map(figure: Figure, axes: Axes, ratios: Floats, strengths: Floats, shares: Floats) -> None:
+def _map(figure: Figure, axes: Axes, ratios: Floats, strengths: Floats, fractions: Floats) -> None:
     """The exact lag as a share of ours."""
     shown = axes.pcolormesh(
-        ratios, strengths, shares, cmap="Blues", vmin=0.0, vmax=1.0, shading="gouraud"
+        ratios, strengths, fractions, cmap="Blues", vmin=0.0, vmax=1.0, shading="gouraud"
     )
     axes.grid(False)
     axes.set_xlabel(f"ratio of delays; the longer is {1e3 * DELAY:g} ms")

@@ -142,10 +142,10 @@ def first_crossing(loop: Complexes) -> float:
     (at,) = np.nonzero(size[:-1] * size[1:] < 0.0)
     if not at.size:
         return math.inf
-    share = size[at] / (size[at] - size[at + 1])
-    w = W[at] + share * (W[at + 1] - W[at])
+    fraction = size[at] / (size[at] - size[at + 1])
+    w = W[at] + fraction * (W[at + 1] - W[at])
     phase = np.unwrap(np.angle(loop))
-    angle = phase[at] + share * (phase[at + 1] - phase[at])
+    angle = phase[at] + fraction * (phase[at + 1] - phase[at])
     return float((np.mod(angle, 2.0 * np.pi) / w).min())
 
 

@@ -76,8 +76,8 @@ def try_both_sides(quick: bool, progress: Progress) -> list[Trial]:
     """Press with gains on either side of the edge, on the real session."""
     chosen = (TRIALS[1], TRIALS[4], TRIALS[8]) if quick else TRIALS
     trials: list[Trial] = []
-    for share, edge, delay in chosen:
-        k = share * K_O
+    for fraction, edge, delay in chosen:
+        k = fraction * K_O
         low, high = (float(e[0]) for e in edges(np.array([k]), delay))
         at = high if edge == "high" else low
         for side in (-1.0, 1.0):

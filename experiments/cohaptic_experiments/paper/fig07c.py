@@ -24,15 +24,15 @@ def run(options: Options, progress: Progress) -> Outcome:
     held = round(press.held_from / SIMULATION_PERIOD) + 1
     growth = growth_per_tick(trace.per_tick()[held:], 1e-6, 0.5 * DEPTH)
     root = press.effective_gain() / K_O
-    share = swing(trace.proxy[trace.last(0.5)]) / DEPTH
+    fraction = swing(trace.proxy[trace.last(0.5)]) / DEPTH
     checks = (
         near("oscillation grows per tick by the root K_h / K_o", growth, root, 0.01),
-        at_least("in the end the surface swings by this share of the probe's depth", share, 0.9),
+        at_least("in the end the surface swings by this share of the probe's depth", fraction, 0.9),
     )
     numbers = {
         "growth_per_tick": growth,
         "root": root,
-        "final_swing_mm": 1e3 * share * DEPTH,
+        "final_swing_mm": 1e3 * fraction * DEPTH,
         "largest_force_n": float(trace.force.max()),
     }
     return Outcome(

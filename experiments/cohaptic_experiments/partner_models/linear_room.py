@@ -148,8 +148,8 @@ def play(rooms: Rooms, way: Way) -> Played:
             told = sent_models[np.maximum(index, 0), rooms_, hands_]
             theirs = np.where((ok & fresh[..., None])[..., None], told, theirs)
         theirs[:, own, own] = models
-        share = np.minimum(1.0, (now - came + PERIOD) / rooms.tick)[..., None]
-        depth = before + share * (news - before) - y
+        fraction = np.minimum(1.0, (now - came + PERIOD) / rooms.tick)[..., None]
+        depth = before + fraction * (news - before) - y
         sensed = np.round(x / way.sensed) * way.sensed if way.sensed else x
         depth[:, own, own] = sensed
         # The force of this period moves tip and model in the next one: x and y of the same instant.
@@ -175,7 +175,7 @@ def play(rooms: Rooms, way: Way) -> Played:
             around = surroundings(rooms.C, models, BANDS)
             times = rooms.tick * np.arange(len(tips), dtype=np.float64)
             window = seen(on_grid(times, np.array(tips)), on_grid(times, np.array(pushes)))
-            clouds = clouds.after(window, (1.0 / around.give).reshape(R * n, -1))
+            clouds = clouds.after(window, (1.0 / around.compliance).reshape(R * n, -1))
             wanted_models, wanted_lags = _chosen(rooms.C, clouds, models, lags, way)
             played.models.append(models)
             played.lags.append(lags)
@@ -191,7 +191,7 @@ def _chosen(
     if not way.lags:
         return wanted, lags
     around = surroundings(C, models, FREQUENCIES)
-    each = Surroundings(around.give.reshape(R * n, -1), around.share.reshape(R * n, -1))
+    each = Surroundings(around.compliance.reshape(R * n, -1), around.fraction.reshape(R * n, -1))
     return wanted, lag(each, clouds.hands[:, ::2], models.reshape(R * n, 3)).reshape(R, n)
 
 

@@ -36,7 +36,7 @@ def run(options: Options, progress: Progress) -> Outcome:
     update = np.array(record.silences["update"] or [np.nan])
     waits = np.array(record.waits)
     lost = float(np.nansum(failure) + np.nansum(update))
-    most = samples[samples[:, 3].argmax()]
+    largest = samples[samples[:, 3].argmax()]
     load = witness_load(record, costs)
     per_core = float((samples[:, 1] / np.maximum(samples[:, 3], 1e-9))[samples[:, 1] > 0].mean())
     return Outcome(
@@ -50,7 +50,9 @@ def run(options: Options, progress: Progress) -> Outcome:
             "people for whom there was no room": record.refused,
             "people at once, at most": float(samples[:, 1].max()),
             "open rooms at once, at most": float(samples[:, 2].max()),
-            "processors in use at most, of all": f"{most[3]:.0f} of {most[4] * plan.cores:.0f}",
+            "processors in use at most, of all": (
+                f"{largest[3]:.0f} of {largest[4] * plan.cores:.0f}"
+            ),
             "people for each processor in use": per_core,
             "silences by failures": len(record.silences["failure"]),
             "silences by failures, median and 99 %, s": _two(failure),
@@ -121,8 +123,8 @@ def _figure(samples: Floats, failure: Floats, update: Floats, waits: Floats) -> 
     ):
         known = times[np.isfinite(times)]
         if known.size:
-            share = np.full(known.size, 100.0 / known.size)
-            silent.hist(known, bins, weights=share, histtype="step", color=color, label=name)
+            fraction = np.full(known.size, 100.0 / known.size)
+            silent.hist(known, bins, weights=fraction, histtype="step", color=color, label=name)
     silent.set_xlabel("time without touch [s]")
     silent.set_ylabel("share [%]")
     silent.set_title("times without touch, by cause")

@@ -259,8 +259,8 @@ class World:
         needs = self.costs.room + self.costs.person * float(self.people[room])
         there = [k for k, one in enumerate(self.machines) if one.there]
         best = min(there, key=lambda k: len(self.machines[k].rooms), default=-1)
-        most = int(self.plan.cores / self.plan.reserved + 1e-9)
-        if best < 0 or len(self.machines[best].rooms) >= most:
+        limit = int(self.plan.cores / self.plan.reserved + 1e-9)
+        if best < 0 or len(self.machines[best].rooms) >= limit:
             return None
         begin, gone = self.plan.head_gone
         if begin <= at < begin + min(gone, self.costs.alone):

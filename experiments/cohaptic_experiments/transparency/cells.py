@@ -91,7 +91,7 @@ class Row:
     @property
     def latest(self) -> Delayed:
         """Press as the hand feels it that is the last to have felt most of it."""
-        return max(self.press, key=lambda p: math.inf if math.isnan(p.late.most) else p.late.most)
+        return max(self.press, key=lambda p: math.inf if math.isnan(p.late.limit) else p.late.limit)
 
 
 class Bench:

@@ -63,8 +63,8 @@ class Grid:
             if not 2 <= n <= 16:
                 raise SettingError("number of users", n, "from 2 to 16")
         if not 0.0 <= self.late_ticks <= 1.0:
-            share = f"{100.0 * self.late_ticks:g} %"
-            raise SettingError("share of late ticks", share, "from 0 to 100 %")
+            fraction = f"{100.0 * self.late_ticks:g} %"
+            raise SettingError("share of late ticks", fraction, "from 0 to 100 %")
         for preset in self.presets:
             if preset not in ("rig", *PRESETS):
                 raise SettingError("preset", repr(preset), f"one of: rig, {', '.join(PRESETS)}")
@@ -124,7 +124,7 @@ def run(grid: Grid, *, budget: bool, json_file: Output | None, picture_file: Out
         task = bar.add_task("transparency", total=1.0)
         rows = measure_all(
             body, grid.cells(), budget=budget,
-            progress=lambda share: bar.update(task, completed=share),
+            progress=lambda fraction: bar.update(task, completed=fraction),
         )  # fmt: skip
     for table in (of_others(rows), after_a_press(rows), of_roughness(rows), of_the_half(rows)):
         if table is not None:

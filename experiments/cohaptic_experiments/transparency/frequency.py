@@ -122,8 +122,8 @@ def falls_below(frequencies: Floats, amplitude: Floats, limit: float) -> float:
     if i == 0:
         return float(frequencies[0])
     x, y = np.log(frequencies[i - 1 : i + 1]), np.log(np.maximum(amplitude[i - 1 : i + 1], 1e-12))
-    share = (math.log(limit) - y[0]) / (y[1] - y[0])
-    return float(math.exp(x[0] + share * (x[1] - x[0])))
+    fraction = (math.log(limit) - y[0]) / (y[1] - y[0])
+    return float(math.exp(x[0] + fraction * (x[1] - x[0])))
 
 
 def measure(

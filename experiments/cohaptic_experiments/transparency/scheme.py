@@ -130,8 +130,8 @@ class SchemeSession(Generic[Up, Down]):
         """Return the number of periods until the next tick."""
         if not self._late_ticks:
             return 1
-        share = self._chance.random() / self._late_ticks
-        return 1 if share >= 1.0 else 2 if share >= _LATEST else 3
+        fraction = self._chance.random() / self._late_ticks
+        return 1 if fraction >= 1.0 else 2 if fraction >= _LATEST else 3
 
 
 def _settings(link: Link, number: int) -> Link:

@@ -76,10 +76,10 @@ def run(options: Options, progress: Progress) -> Outcome:
 def _checks(played: list[Played]) -> tuple[Check, ...]:
     exact = [p for p in played if p.law is Law.PREDICTIVE]
     softest = [p.error for p in played if p.law is Law.PROPORTIONAL]
-    share = f"{100.0 * REACHED:g} %"
+    fraction = f"{100.0 * REACHED:g} %"
     reached = [
         at_most(
-            f"predictive, {p.users} users: every force within {share} of the reference after, s",
+            f"predictive, {p.users} users: every force within {fraction} of the reference after, s",
             p.reached,
             PATIENCE,
         )

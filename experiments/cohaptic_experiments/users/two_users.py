@@ -76,20 +76,20 @@ def run(options: Options, progress: Progress) -> Outcome:
     references = [_reference(body, presses, level) for level in (0.0, 1.0)]
     played: dict[Law, Played] = {}
     for i, law in enumerate(LAWS):
-        share = 1.0 / len(LAWS)
-        played[law] = _play(body, presses, law, options, part(progress, i * share, share))
+        fraction = 1.0 / len(LAWS)
+        played[law] = _play(body, presses, law, options, part(progress, i * fraction, fraction))
     forces = np.array([r.force for r in references])  # (2 levels, 2 users)
     felt = np.array([r.felt_from_others[1] for r in references])
     p = played[Law.PROPORTIONAL]
     # Local model, hand and body are springs in series.
     series = [_with_model(r, presses, p.k_h, level) for level, r in enumerate(references)]
     checks: list[Check] = []
-    most = float(forces.max())
+    largest = float(forces.max())
     for law, expected, against in (
         (Law.PREDICTIVE, forces, "equilibrium of body and hands"),
         (Law.PROPORTIONAL, np.array(series), "equilibrium with local models in a row"),
     ):
-        error = float(np.abs(played[law].steady - expected).max()) / most
+        error = float(np.abs(played[law].steady - expected).max()) / largest
         sentence = f"{law.value}: steady forces off the {against}, share of the largest"
         checks.append(at_most(sentence, error, TOLERANCE))
     part_felt = {law: float(played[law].felt[1] / felt[1]) for law in LAWS}

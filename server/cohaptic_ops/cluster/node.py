@@ -171,7 +171,7 @@ class Node:
         """Return the number of witnesses that have answered lately."""
         return sum(now - at <= self.term for at in self._heard)
 
-    def _most_answer(self) -> bool:
+    def _max_answer(self) -> bool:
         return 2 * self._answering(self.clock.now()) > len(self.witnesses)
 
     async def run(self) -> None:
@@ -215,7 +215,7 @@ class Node:
         self._lists = True
         self._speak()
         await asyncio.sleep(2.0 * _LOOK_EVERY)
-        return self.found if self._most_answer() else {}
+        return self.found if self._max_answer() else {}
 
     async def find(self, room: str) -> There | None:
         """Return the place of a room, which gets one if nobody owns it; None after some seconds."""
@@ -313,7 +313,7 @@ class Node:
 
     def _ask(self) -> Ask:
         owned = [room for room in self._claims.asked if room != PLACING and self.owns(room)]
-        takes_rooms = not self._leaves and self._most_answer()
+        takes_rooms = not self._leaves and self._max_answer()
         return Ask(
             owner=self._name,
             address=self.address,

@@ -15,7 +15,7 @@ from cohaptic_server.shell.server import CohapticServer
 EVERY = 1.0  # s between two reports of a room
 # Weight of the newest report in the smoothed fraction of unused samples: older values lose half of
 # their weight within two reports.
-_NEW_SHARE = 0.3
+_NEW_FRACTION = 0.3
 _STATM = Path("/proc/self/statm")
 
 
@@ -104,7 +104,7 @@ class Gatherer:
         delay = None if row is None else users.tracked.delays[row]
         sent, used = member.seen - seat.seen, member.used - seat.used
         if sent > 0:
-            seat.loss += _NEW_SHARE * (max(0.0, 1.0 - used / sent) - seat.loss)
+            seat.loss += _NEW_FRACTION * (max(0.0, 1.0 - used / sent) - seat.loss)
             seat.seen, seat.used = member.seen, member.used
         return UserMetrics(
             seat=seat.number,

@@ -19,7 +19,7 @@ _LONGEST_NAME = 18  # columns; of 80 columns, the other cells of a row need the 
 _WIDE = 100  # columns from which on there is space for less important values
 _GOOD, _ODD, _BAD = "green", "yellow", "red"
 NONE = "-"
-_MOST_NAMES = 3  # in a sentence
+_MAX_NAMES = 3  # in a sentence
 _HINDERS = {
     "hand": "by a law or a device that has none",
     "link": "over a link whose delay jumps again and again",
@@ -134,8 +134,8 @@ def models_words(room: RoomStatus) -> str:
     else:
         who = _names(users) if users else "a user who has left"
         why = f"{who} pressed {_HINDERS[metrics.models_off]}"
-    share = f"{100.0 * (metrics.models or 0.0):.0f} %"
-    return f"{_name(room.name)}: models of the hands answer to {share}, since {why}"
+    fraction = f"{100.0 * (metrics.models or 0.0):.0f} %"
+    return f"{_name(room.name)}: models of the hands answer to {fraction}, since {why}"
 
 
 def wavers_words(room: RoomStatus) -> str:
@@ -144,16 +144,16 @@ def wavers_words(room: RoomStatus) -> str:
     users = [] if metrics is None else [u for u in metrics.users if u.wavers >= LEAST_WAVERS]
     if not room.ticking or not users:
         return ""
-    most = 1e3 * max(user.wavers for user in users)
+    largest = 1e3 * max(user.wavers for user in users)
     told, many = _names(users), len(users) > 1
     links = f"links of {told} waver" if many else f"link of {told} wavers"
-    return f"{_name(room.name)}: the {links}; what comes of it is felt up to {most:.0f} ms later"
+    return f"{_name(room.name)}: the {links}; what comes of it is felt up to {largest:.0f} ms later"
 
 
 def _names(users: Sequence[UserMetrics]) -> str:
-    names = [_name(user.name) for user in users[:_MOST_NAMES]]
-    if len(users) > _MOST_NAMES:
-        names.append(f"{len(users) - _MOST_NAMES} more")
+    names = [_name(user.name) for user in users[:_MAX_NAMES]]
+    if len(users) > _MAX_NAMES:
+        names.append(f"{len(users) - _MAX_NAMES} more")
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
@@ -223,13 +223,16 @@ def _rooms(rooms: Sequence[RoomStatus], since: dict[str, RoomMetrics | None], wi
         if now is None or not room.ticking:
             table.add_row(*cells)
             continue
-        share = now.missed / max(1, now.ticks)
+        fraction = now.missed / max(1, now.ticks)
         cells += [
             Text(f"{len(now.users)}/{now.max_users}"),
             _ms(quantile(now.cost, 0.5), 1.0 / now.hz),
             _ms(quantile(now.cost, 0.99), 1.0 / now.hz),
             _ms(quantile(now.lateness, 0.99), 1.0 / now.hz),
-            Text(f"{100.0 * share:.1f} %", _BAD if share >= 0.1 else _ODD if share > 0.01 else ""),
+            Text(
+                f"{100.0 * fraction:.1f} %",
+                _BAD if fraction >= 0.1 else _ODD if fraction > 0.01 else "",
+            ),
             Text(f"{1e3 * now.lag:.0f}"),
             _margin(now.margin),
         ]

@@ -95,7 +95,7 @@ class Front:
         """Hand a connection over, or look again later if the request's first line is incomplete."""
         seen: bytes | None
         try:
-            seen = connection.recv(MOST, socket.MSG_PEEK)
+            seen = connection.recv(LARGEST, socket.MSG_PEEK)
         except BlockingIOError:
             seen = None
         except OSError:
@@ -118,7 +118,7 @@ class Front:
         turn_away(connection, BUSY, 503)
 
 
-MOST = 2048  # bytes of a request's first line; a longer one goes to no room
+LARGEST = 2048  # bytes of a request's first line; a longer one goes to no room
 _LINE = re.compile(rb"[A-Z]{1,16} ([\x21-\x7e]+) HTTP/1\.[01]\r?")
 _BEGINS = re.compile(rb"[A-Z]{1,16}(?: [\x21-\x7e]*(?: [HTP/1.0]{0,8}\r?)?)?")
 
@@ -133,11 +133,11 @@ def target_of(seen: bytes) -> str | None:
         Target; empty if no request can begin with these bytes; None while the first line is
         incomplete.
     """
-    line, end, _ = seen[:MOST].partition(b"\n")
+    line, end, _ = seen[:LARGEST].partition(b"\n")
     if end:
         match = _LINE.fullmatch(line)
         return match[1].decode("ascii") if match is not None else ""
-    if len(seen) >= MOST or (seen and _BEGINS.fullmatch(seen) is None):
+    if len(seen) >= LARGEST or (seen and _BEGINS.fullmatch(seen) is None):
         return ""
     return None
 

@@ -18,14 +18,14 @@ class Seats:
     """Seats that the supervisor has assigned to one room.
 
     Args:
-        most: Largest number of seats that the room can use.
+        limit: Largest number of seats that the room can use.
         held: Upper bound of the number of seats that the room holds now.
         wanted: Number of seats that the newest message allows the room to hold.
         used: Number of taken seats in the room's newest report.
         serial: Serial number of the newest message with `wanted` to the room.
     """
 
-    most: int
+    limit: int
     held: int = 0
     wanted: int = 0
     used: int = 0
@@ -37,12 +37,12 @@ class SeatPool:
 
     Args:
         total: Number of seats.
-        most: Largest number of seats that each room can use, by name of the room.
+        limit: Largest number of seats that each room can use, by name of the room.
     """
 
-    def __init__(self, total: int, most: Mapping[str, int]) -> None:
+    def __init__(self, total: int, limit: Mapping[str, int]) -> None:
         self.total = total
-        self._rooms = {room: Seats(number) for room, number in most.items()}
+        self._rooms = {room: Seats(number) for room, number in limit.items()}
 
     def __getitem__(self, room: str) -> Seats:
         return self._rooms[room]
@@ -70,7 +70,7 @@ class SeatPool:
     def lose(self, room: str) -> None:
         """Take all seats back from a room whose process has ended."""
         seats = self._rooms[room]
-        self._rooms[room] = Seats(seats.most, serial=seats.serial)
+        self._rooms[room] = Seats(seats.limit, serial=seats.serial)
 
     def share(self, among: Collection[str]) -> dict[str, int]:
         """Divide the seats anew; return the new number of seats of each room where it changes.
@@ -84,12 +84,12 @@ class SeatPool:
         """
         open_rooms = ((name, self._rooms[name]) for name in among)
         rooms = dict(sorted(open_rooms, key=lambda room: room[1].used))
-        spare = self.total - sum(min(s.used, s.most) for s in rooms.values())
-        room_left = {name: s.most - min(s.used, s.most) for name, s in rooms.items()}
+        spare = self.total - sum(min(s.used, s.limit) for s in rooms.values())
+        room_left = {name: s.limit - min(s.used, s.limit) for name, s in rooms.items()}
         targets = _fair(room_left, max(0, spare))
         changed: dict[str, int] = {}
         for name, seats in rooms.items():
-            target = min(seats.used, seats.most) + targets[name]
+            target = min(seats.used, seats.limit) + targets[name]
             # A room can only get seats that no other room may still hold.
             given = min(target, seats.held + self.free)
             if given != seats.wanted:

@@ -15,18 +15,18 @@ from dataclasses import dataclass, field
 from importlib import import_module
 
 from cohaptic_server.access.keys import OPEN, Denied, Grants, KeyRing, forbidden
-from cohaptic_server.access.remembered import MOST_USED, Used
+from cohaptic_server.access.remembered import MAX_USED, Used
 
 
 class UsedTokens:
     """Memory of single-use tokens that were used and have not expired yet.
 
     Args:
-        most: Largest number of tokens that are remembered.
+        limit: Largest number of tokens that are remembered.
     """
 
-    def __init__(self, most: int = MOST_USED) -> None:
-        self._most = most
+    def __init__(self, limit: int = MAX_USED) -> None:
+        self._limit = limit
         self._ends: dict[str, float] = {}
 
     def __len__(self) -> int:
@@ -34,7 +34,7 @@ class UsedTokens:
 
     def recall(self, jti: str, ends: float) -> None:
         """Mark a token as used because an earlier process accepted it; arguments as in `use`."""
-        if len(self._ends) < self._most:
+        if len(self._ends) < self._limit:
             self._ends[jti] = ends
 
     def use(self, jti: str, ends: float, now: float) -> None:
@@ -63,11 +63,11 @@ class UsedTokens:
         """
         if self._ends.get(jti, now) > now:
             raise Denied("the token was used before, and it is good for one time")
-        if len(self._ends) >= self._most:
+        if len(self._ends) >= self._limit:
             self._ends = {name: end for name, end in self._ends.items() if end > now}
-        if len(self._ends) >= self._most:
+        if len(self._ends) >= self._limit:
             later = "try again later"
-            raise Denied(f"{self._most} tokens for one time are in use, the limit", later)
+            raise Denied(f"{self._limit} tokens for one time are in use, the limit", later)
 
 
 # Age of a session after which its client needs an invitation to come back [s]: a long day in a lab.

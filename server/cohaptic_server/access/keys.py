@@ -24,7 +24,7 @@ from cohaptic.errors import CloseCode, RemoteProtocolError, SettingError
 
 Algorithm = Literal["HS256", "HS384", "HS512"]
 LEAST_BYTES = 32  # length of a secret: as long as the hash of HS256 (RFC 7518, 3.2)
-MOST_KEYS = 16  # more than any owner needs for rotation
+MAX_KEYS = 16  # more than any owner needs for rotation
 ISSUER = "cohaptic"  # issuer of a key that names no other issuer
 _LEAST: dict[Algorithm, int] = {"HS256": LEAST_BYTES, "HS384": 48, "HS512": 64}
 
@@ -44,7 +44,7 @@ class _Jwk(BaseModel):
 class _JwkSet(BaseModel):
     model_config = ConfigDict(extra="ignore", hide_input_in_errors=True)
 
-    keys: list[_Jwk] = Field(min_length=1, max_length=MOST_KEYS)
+    keys: list[_Jwk] = Field(min_length=1, max_length=MAX_KEYS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,14 +81,14 @@ class KeyRing:
         keys: Accepted keys; the first key signs.
 
     Raises:
-        SettingError: There is no key, there are more than `MOST_KEYS`, or two keys have one name.
+        SettingError: There is no key, there are more than `MAX_KEYS`, or two keys have one name.
     """
 
     keys: tuple[Key, ...]
 
     def __post_init__(self) -> None:
-        if not 1 <= len(self.keys) <= MOST_KEYS:
-            raise SettingError("number of keys", len(self.keys), f"from 1 to {MOST_KEYS}")
+        if not 1 <= len(self.keys) <= MAX_KEYS:
+            raise SettingError("number of keys", len(self.keys), f"from 1 to {MAX_KEYS}")
         names = [key.kid for key in self.keys]
         for name in names:
             if names.count(name) > 1:
@@ -103,7 +103,7 @@ class KeyRing:
         """Return the key of this name; None if there is no such key."""
         return next((key for key in self.keys if key.kid == kid), None)
 
-    def rotated(self, key: Key, keep: int = MOST_KEYS - 1) -> KeyRing:
+    def rotated(self, key: Key, keep: int = MAX_KEYS - 1) -> KeyRing:
         """Return a key ring with a new key in front of the newest `keep` of the present keys."""
         return KeyRing((key, *self.keys[:keep]))
 

@@ -13,8 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 # Used tokens that are remembered, 13 MB at most. Only owners of valid tokens can fill this memory.
 # When it is full, nobody comes in with a new token, because a used token that was forgotten could
 # be used again.
-MOST_USED = 65_536
-MOST_REMOVED = 256  # the oldest removal is dropped first; only an administrator adds removals
+MAX_USED = 65_536
+MAX_REMOVED = 256  # the oldest removal is dropped first; only an administrator adds removals
 LONGEST = 4096  # characters of a line: the names of a token and a session are shorter
 
 Time = Annotated[float, Field(allow_inf_nan=False)]
@@ -99,7 +99,7 @@ def still_counting(records: Iterable[Record], wall: float) -> list[Record]:
     """Return the records that still have an effect at the Unix time `wall` [s].
 
     Used tokens come first, then removals, each in the order of `records`. If there are more than
-    `MOST_USED` or `MOST_REMOVED`, the newest are returned.
+    `MAX_USED` or `MAX_REMOVED`, the newest are returned.
     """
     used: dict[str, Used] = {}
     removals: list[Removal] = []
@@ -113,6 +113,6 @@ def still_counting(records: Iterable[Record], wall: float) -> list[Record]:
             pardoned.add(record.name)
         else:
             used.setdefault(record.jti, record)
-    kept = [one for one in used.values() if wall < one.ends][:MOST_USED]
-    keeping_out = [one for one in removals if one.counts(wall)][:MOST_REMOVED]
+    kept = [one for one in used.values() if wall < one.ends][:MAX_USED]
+    keeping_out = [one for one in removals if one.counts(wall)][:MAX_REMOVED]
     return [*reversed(kept), *reversed(keeping_out)]

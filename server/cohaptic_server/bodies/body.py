@@ -299,11 +299,11 @@ class SwingingResponse(Response, Protocol):
         """Share of the swing that hands feel, 0 to 1."""
         ...
 
-    def showing(self, share: float) -> Response:
+    def showing(self, fraction: float) -> Response:
         """Return a copy of the response for the next tick, with a new value of `felt`.
 
         Args:
-            share: Share of the swing that hands feel, 0 to 1.
+            fraction: Share of the swing that hands feel, 0 to 1.
         """
         ...
 

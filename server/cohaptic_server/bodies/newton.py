@@ -162,14 +162,14 @@ class NewtonIteration(Generic[S]):
         return None if solved is None else Iterate(state, solved.tangent, solved.tangent, 0.0)
 
     def advance(
-        self, start: Iterate[S], external: Floats, shares: Floats, rest: Iterate[S]
+        self, start: Iterate[S], external: Floats, fractions: Floats, rest: Iterate[S]
     ) -> Moved[S]:
         """Take the steps of one tick towards equilibrium.
 
         Args:
             start: Iteration at the end of the previous tick.
             external: Nodal forces of the contacts, shape (n, 3) [N].
-            shares: Nodal forces of each load per unit of its force, shape (c, n, 3).
+            fractions: Nodal forces of each load per unit of its force, shape (c, n, 3).
             rest: Iteration of the body at rest.
         """
         body, chord = self._body, self._limits.chord
@@ -186,7 +186,7 @@ class NewtonIteration(Generic[S]):
                 # The tangent of a moving body may lag by a chord; at rest the tangent is renewed.
                 allowed = chord if length > CONVERGED else 0.0
                 if np.abs(state.x - tangent.x).max() > allowed:
-                    solved = self._solved(state, external, shares) or solved
+                    solved = self._solved(state, external, fractions) or solved
                     tangent = tangent if solved is None else solved.tangent
                 break
             if last:
@@ -197,11 +197,11 @@ class NewtonIteration(Generic[S]):
             if displaced is None:
                 # The tangent is nearly singular and its step too long: stiffen the next tangent.
                 if tangent.stable or tangent.x is not state.x:
-                    solved = self._solved(state, external, shares, body.stiffenings) or solved
+                    solved = self._solved(state, external, fractions, body.stiffenings) or solved
                     tangent = tangent if solved is None else solved.tangent
                 break
             state = displaced
-            solved = self._solved(state, external, shares)
+            solved = self._solved(state, external, fractions)
             tangent = replace(tangent, stable=False) if solved is None else solved.tangent
             if not tangent.stable:
                 break  # stiffening took several factorisations
@@ -209,44 +209,49 @@ class NewtonIteration(Generic[S]):
         if solved is not None and solved.tangent is stable:
             fields = solved.fields
         else:
-            fields = self.fields(stable, shares)
-        stable, fields, believed = self._believed(stable, fields, shares, start, rest)
+            fields = self.fields(stable, fractions)
+        stable, fields, believed = self._believed(stable, fields, fractions, start, rest)
         return Moved(Iterate(state, tangent, stable, length, believed), fields)
 
     def _believed(
-        self, stable: Tangent, fields: Floats, shares: Floats, start: Iterate[S], rest: Iterate[S]
+        self,
+        stable: Tangent,
+        fields: Floats,
+        fractions: Floats,
+        start: Iterate[S],
+        rest: Iterate[S],
     ) -> tuple[Tangent, Floats, float]:
         """Return the tangent for the compliance, its fields and the new `Iterate.believed`.
 
         The compliances are compared with those of the tangent at rest. The comparison costs a
         solve, and is made only if a compliance has grown well beyond `start.believed`.
         """
-        own = _own_compliance(fields, shares)
+        own = _own_compliance(fields, fractions)
         if own.max(initial=0.0) <= _LOOKED_AT * start.believed:
             return stable, fields, start.believed
-        at_rest = self.fields(rest.stable, shares)
-        most = SOFTENING * _own_compliance(at_rest, shares)
-        if (own > most).any():
+        at_rest = self.fields(rest.stable, fractions)
+        limit = SOFTENING * _own_compliance(at_rest, fractions)
+        if (own > limit).any():
             stable = start.stable
-            fields = self.fields(stable, shares)
-            own = _own_compliance(fields, shares)
-            if (own > most).any():
+            fields = self.fields(stable, fractions)
+            own = _own_compliance(fields, fractions)
+            if (own > limit).any():
                 return rest.stable, at_rest, start.believed
         return stable, fields, max(start.believed, float(own.max()))
 
-    def fields(self, tangent: Tangent, shares: Floats) -> Floats:
+    def fields(self, tangent: Tangent, fractions: Floats) -> Floats:
         """Return the displacement of every node per unit force of each load.
 
         Args:
             tangent: Tangent with which to solve.
-            shares: Nodal forces of each load per unit of its force, shape (c, n, 3).
+            fractions: Nodal forces of each load per unit of its force, shape (c, n, 3).
 
         Returns:
             Fields of the loads, shape (c, n, 3) [m/N].
         """
-        if not len(shares):
-            return np.zeros_like(shares)
-        return self._spread(tangent.solver.displacements(self._unknown(shares)), shares)
+        if not len(fractions):
+            return np.zeros_like(fractions)
+        return self._spread(tangent.solver.displacements(self._unknown(fractions)), fractions)
 
     def _step(self, tangent: Tangent, residual: Floats) -> Floats:
         """Return the Newton step under the forces `residual`, shape (n, 3) [m]."""
@@ -281,11 +286,11 @@ class NewtonIteration(Generic[S]):
         self,
         state: S,
         external: Floats,
-        shares: Floats,
+        fractions: Floats,
         stiffenings: tuple[float, ...] | None = None,
     ) -> Solved | None:
         """Factor with the least stiffening that makes the tangent definite; None if none does."""
-        forces = np.concatenate([self._body.residual(state, external)[None], shares])
+        forces = np.concatenate([self._body.residual(state, external)[None], fractions])
         b = self._unknown(forces)
         for amount in (0.0, *self._body.stiffenings) if stiffenings is None else stiffenings:
             try:
@@ -298,9 +303,9 @@ class NewtonIteration(Generic[S]):
         return None
 
 
-def _own_compliance(fields: Floats, shares: Floats) -> Floats:
+def _own_compliance(fields: Floats, fractions: Floats) -> Floats:
     """Return the displacement of each load's contact along its unit force, shape (c,) [m/N]."""
-    return np.asarray(np.einsum("cni,cni->c", shares, fields))
+    return np.asarray(np.einsum("cni,cni->c", fractions, fields))
 
 
 # m; in a dent far smaller than this the shares of all users are near 0, so that no share jumps when
@@ -351,7 +356,7 @@ class FiniteResponse(DenseResponse):
         dents = forces[:, None, None] * self.fields[:, every]
         own, tangent = dents[first:last].sum(axis=0), dents.sum(axis=0)
         mine, others = (own**2).sum(axis=1), ((tangent - own) ** 2).sum(axis=1)
-        share = mine / (mine + others + _NO_DENT**2)
-        part = share[:, None] * (self.displacement[every] - tangent)
+        fraction = mine / (mine + others + _NO_DENT**2)
+        part = fraction[:, None] * (self.displacement[every] - tangent)
         contact = load.weights @ part[len(vertices) :]
         return np.asarray(part[: len(vertices)] - (contact @ load.direction) * load.direction)

@@ -56,7 +56,7 @@ def factorise(
     matrix: sp.csr_array,
     points: Floats,
     retained: Mask,
-    progress: Callable[[float], None] = lambda share: None,
+    progress: Callable[[float], None] = lambda fraction: None,
     plan: Plan | None = None,
 ) -> Factor:
     """Compute the Cholesky factor of a symmetric positive definite matrix of 3x3 blocks.
@@ -215,21 +215,22 @@ class _Passed(NamedTuple):
 
 
 def self_compliance(
-    factor: Factor, shares: sp.csr_array, progress: Report = lambda share: None
+    factor: Factor, fractions: sp.csr_array, progress: Report = lambda fraction: None
 ) -> Floats:
     """Compute the self-compliance of each press: its own mean displacement per unit of force.
 
     Args:
         factor: Factor of the stiffness matrix.
-        shares: Share of each node in the force of each press, zero if not retained, shape (n, r).
+        fractions: Share of each node in the force of each press, zero if not retained, shape (n,
+            r).
         progress: Receives the completed fraction of the work.
 
     Returns:
         Displacement by 1 N in x, y and z, averaged over the press; symmetric, zero for a press
         without nodes, shape (r, 3, 3) [m/N].
     """
-    out = np.zeros((shares.shape[1], 3, 3))
-    for presses, y in _solved_fronts(factor, shares, progress):
+    out = np.zeros((fractions.shape[1], 3, 3))
+    for presses, y in _solved_fronts(factor, fractions, progress):
         axes = [np.ascontiguousarray(y[:, axis::3]) for axis in range(3)]
         for i in range(3):
             for j in range(i + 1):
@@ -241,35 +242,35 @@ def self_compliance(
 
 
 def mutual_compliance(
-    factor: Factor, shares: sp.csr_array, progress: Report = lambda share: None
+    factor: Factor, fractions: sp.csr_array, progress: Report = lambda fraction: None
 ) -> Floats:
     """Compute the compliance between all pairs of presses.
 
     Args:
         factor: Factor of the stiffness matrix.
-        shares, progress: As in `self_compliance`.
+        fractions, progress: As in `self_compliance`.
 
     Returns:
         Mean displacement of each press in x, y and z by 1 N on each press; symmetric, shape
         (3 r, 3 r) [m/N].
     """
-    out = np.zeros((3 * shares.shape[1], 3 * shares.shape[1]))
-    for presses, y in _solved_fronts(factor, shares, progress):
+    out = np.zeros((3 * fractions.shape[1], 3 * fractions.shape[1]))
+    for presses, y in _solved_fronts(factor, fractions, progress):
         columns = dofs(presses)
         out[columns[:, None], columns] += y.T @ y
     return out / factor.multiple
 
 
-def _solved_fronts(factor: Factor, shares: sp.csr_array, progress: Report) -> Iterator[_Reached]:
+def _solved_fronts(factor: Factor, fractions: sp.csr_array, progress: Report) -> Iterator[_Reached]:
     """Yield the forward substitution of all presses, front by front from the leaves to the root."""
-    shares = sp.csr_array(shares)
-    path = factor.path(np.flatnonzero(np.diff(shares.indptr)))
+    fractions = sp.csr_array(fractions)
+    path = factor.path(np.flatnonzero(np.diff(fractions.indptr)))
     work = np.cumsum([f.lower.size + f.carry.size for f in map(factor.fronts.__getitem__, path)])
     local = np.empty(factor.size, dtype=np.int64)
     waiting: dict[int, list[_Passed]] = {}
     for k, done in zip(path, work.tolist(), strict=True):
         front = factor.fronts[k]
-        presses, own, border = _gather(front, shares, waiting.pop(k, []), local)
+        presses, own, border = _gather(front, fractions, waiting.pop(k, []), local)
         if len(front.border):
             border -= front.carry @ own
             waiting.setdefault(front.parent, []).append(_Passed(front.border, presses, border))
@@ -278,12 +279,12 @@ def _solved_fronts(factor: Factor, shares: sp.csr_array, progress: Report) -> It
 
 
 def _gather(
-    front: FactorFront, shares: sp.csr_array, passed: list[_Passed], local: Ints
+    front: FactorFront, fractions: sp.csr_array, passed: list[_Passed], local: Ints
 ) -> tuple[Ints, AnyFloats, AnyFloats]:
     """Gather the forces by each press on a front, before the front is eliminated.
 
     Args:
-        shares: Share of each node in the force of each press.
+        fractions: Share of each node in the force of each press.
         passed: Forces that the front's children pass on.
         local: Scratch memory for positions in a front, shape (3 n,).
 
@@ -292,7 +293,7 @@ def _gather(
         and on its border, shape (b, 3 m).
     """
     a, b = len(front.own), len(front.border)
-    rows = shares[front.own[::3] // 3]
+    rows = fractions[front.own[::3] // 3]
     presses = np.unique(np.concatenate([rows.indices, *(one.presses for one in passed)]))
     presses = presses.astype(np.int64)
     own = np.zeros((a, 3 * len(presses)), dtype=front.lower.dtype)

@@ -30,7 +30,7 @@ from cohaptic_server.numeric import Floats, Ints
 
 LEAF = 96  # nodes; smaller leaves mean more and smaller fronts, without gain for a linear solid
 _TRIED = 5000  # nodes; larger parts get one cut, since several would take seconds
-_SHARES = (0.45, 0.5, 0.55)  # shares of the nodes on one side of a cut
+_FRACTIONS = (0.45, 0.5, 0.55)  # shares of the nodes on one side of a cut
 
 AnyInts = npt.NDArray[np.int32] | Ints  # the indices of a sparse matrix are 32-bit
 Sides = npt.NDArray[np.int8]  # scratch, zero between calls: the half in which each node is
@@ -94,8 +94,8 @@ def _cut(points: Floats, graph: sp.csr_array, nodes: Ints, side: Sides) -> Cut:
     for along in axes.T if few else axes.T[:1]:
         # By rank, not by position: in a graded mesh each half then has half of the nodes.
         order = nodes[np.argsort(x @ along, kind="stable")]
-        for share in _SHARES if few else (0.5,):
-            count = round(share * len(nodes))
+        for fraction in _FRACTIONS if few else (0.5,):
+            count = round(fraction * len(nodes))
             cut = _separate(graph, order[:count], order[count:], side)
             larger = max(len(cut.first), len(cut.second)) / len(nodes)
             cost = len(cut.between) * (0.5 + larger)

@@ -100,19 +100,19 @@ def progress_bar(title: str) -> Generator[Callable[[str, float], None], None, No
     clock, tasks = SystemClock(), dict[str, TaskID]()
     left = TimeLeft(0.0)
 
-    def update(phase: str, share: float) -> None:
+    def update(phase: str, fraction: float) -> None:
         nonlocal left
         check()
         if phase not in tasks:
             for other in tasks.values():
-                bar.update(other, total=1.0, completed=1.0, share="", left="")
+                bar.update(other, total=1.0, completed=1.0, fraction="", left="")
                 bar.stop_task(other)
-            tasks[phase] = bar.add_task(f"{title}: {phase}", total=None, share="", left="")
+            tasks[phase] = bar.add_task(f"{title}: {phase}", total=None, fraction="", left="")
             left = TimeLeft(clock.now())
-        if share > 0.0:
-            words = left.words(share, clock.now())
+        if fraction > 0.0:
+            words = left.words(fraction, clock.now())
             task = tasks[phase]
-            bar.update(task, total=1.0, completed=share, share=f"{share:.0%}", left=words)
+            bar.update(task, total=1.0, completed=fraction, fraction=f"{fraction:.0%}", left=words)
 
     try:
         with interruptible() as check, bar:

@@ -117,16 +117,16 @@ def key(
 
     A server that runs reads the file again when it changes.
     """
-    from cohaptic_server.access.keys import MOST_KEYS, KeyRing
+    from cohaptic_server.access.keys import MAX_KEYS, KeyRing
     from cohaptic_server.credentials.key_file import load_keys, new_key, save_keys
 
-    if keep is not None and (not rotate or not 0 <= keep < MOST_KEYS):
-        raise SettingError("--keep", keep, f"given with --rotate, from 0 to {MOST_KEYS - 1}")
+    if keep is not None and (not rotate or not 0 <= keep < MAX_KEYS):
+        raise SettingError("--keep", keep, f"given with --rotate, from 0 to {MAX_KEYS - 1}")
     fresh = new_key()
     ring = KeyRing((fresh,))
     if rotate:
         before = load_keys(file, insecure=insecure_key_file)
-        ring = before.rotated(fresh, MOST_KEYS - 1 if keep is None else keep)
+        ring = before.rotated(fresh, MAX_KEYS - 1 if keep is None else keep)
     save_keys(file, ring, replace=rotate)
     typer.echo(f"key {fresh.kid} signs from now on; {len(ring.keys) - 1} more are accepted")
 

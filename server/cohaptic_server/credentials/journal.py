@@ -19,8 +19,8 @@ from typing import BinaryIO, Final
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError, one_line
 from cohaptic_server.access.remembered import (
-    MOST_REMOVED,
-    MOST_USED,
+    MAX_REMOVED,
+    MAX_USED,
     Record,
     decode,
     encode,
@@ -31,12 +31,12 @@ log = logging.getLogger("cohaptic.server")
 
 AGAIN_AFTER = 5.0  # s between two attempts while writes to the disk fail
 # Lines that wait for the disk: more than the rate limit of joins permits in ten minutes.
-MOST_WAITING = 4096
+MAX_WAITING = 4096
 # Number of lines after which the file is rewritten without outdated lines: twice the largest number
 # of lines that can still have an effect.
-_LINES = 2 * (MOST_USED + MOST_REMOVED)
+_LINES = 2 * (MAX_USED + MAX_REMOVED)
 _USED = b'"kind":"used"'
-_MOST_OTHERS = 16_384  # lines about removals and pardons that are read from a file that is too long
+_MAX_OTHERS = 16_384  # lines about removals and pardons that are read from a file that is too long
 # Read and append; O_BINARY, since Windows would otherwise change the ends of lines.
 _APPEND: Final = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
 _CLOSING = 1.0  # s for writing the waiting records at the end
@@ -55,8 +55,8 @@ class Journal:
     def __init__(self, folder: Path, room: str, lines: int = _LINES) -> None:
         self._path = folder / f"{room}.jsonl"
         self._clock = SystemClock()
-        self._most, self._lines = lines, 0
-        self._waiting: queue.Queue[Record | None] = queue.Queue(MOST_WAITING)
+        self._limit, self._lines = lines, 0
+        self._waiting: queue.Queue[Record | None] = queue.Queue(MAX_WAITING)
         self._unwritten: list[bytes] = []
         self._file = -1
         self._failed = False
@@ -78,13 +78,13 @@ class Journal:
         return records
 
     def keep(self, record: Record) -> None:
-        """Queue a record for the writing thread; beyond `MOST_WAITING` records it is dropped."""
+        """Queue a record for the writing thread; beyond `MAX_WAITING` records it is dropped."""
         try:
             self._waiting.put_nowait(record)
         except queue.Full:
             if not self._lost:
                 self._lost = True
-                log.warning("%s: not kept any more, %d wait", self._path, MOST_WAITING)
+                log.warning("%s: not kept any more, %d wait", self._path, MAX_WAITING)
 
     def close(self) -> None:
         """Let the thread write the queued records and end; wait for it at most `_CLOSING` [s]."""
@@ -101,7 +101,7 @@ class Journal:
             with contextlib.suppress(queue.Empty):
                 record = self._waiting.get(timeout=again)
                 going = record is not None
-                if record is not None and len(self._unwritten) < MOST_WAITING:
+                if record is not None and len(self._unwritten) < MAX_WAITING:
                     self._unwritten.append(encode(record))
             try:
                 self._write_out()
@@ -125,7 +125,7 @@ class Journal:
                 raise OSError(0, "the disk is full")
             del self._unwritten[0]
             self._lines += 1
-        if self._lines > self._most or not self._in_place():
+        if self._lines > self._limit or not self._in_place():
             self._write_anew()
 
     def _in_place(self) -> bool:
@@ -208,4 +208,4 @@ def _newest_lines(file: BinaryIO) -> list[bytes]:
         return lines
     used = [line for line in lines if _USED in line]
     others = [line for line in lines if _USED not in line]
-    return used[-_LINES:] + others[-_MOST_OTHERS:]
+    return used[-_LINES:] + others[-_MAX_OTHERS:]

@@ -71,7 +71,7 @@ def wait(bucket: float, amount: float, budget: Budget, now: float) -> float:
 
 
 _RATE = re.compile(r"([0-9.]+)(?::([0-9.]+))?")
-_MOST = 1e6  # highest rate or number; a larger limit would limit nothing
+_LARGEST = 1e6  # highest rate or number; a larger limit would limit nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +126,7 @@ class Limits:
     def __post_init__(self) -> None:
         for name, value in self.items():
             values = (value.rate, value.burst) if isinstance(value, Budget) else (value,)
-            highest = _MOST if isinstance(value, Budget) else _MOST * 2**20
+            highest = _LARGEST if isinstance(value, Budget) else _LARGEST * 2**20
             if not all(math.isfinite(v) and 0.0 < v <= highest for v in values):
                 raise SettingError(f"limit {name}", value, f"above 0 and at most {highest:g}")
             if isinstance(value, Budget) and value.burst < 1.0:

@@ -15,8 +15,8 @@ from http import HTTPStatus
 
 from cohaptic_server.guard.sources import UNKNOWN, Refusal, address_of, source_of
 
-_MOST_LINES = 8  # of one header
-_MOST_ENTRIES = 32
+_MAX_LINES = 8  # of one header
+_MAX_ENTRIES = 32
 # An address, with or without quotes and brackets, then optionally a port, which may be obfuscated
 # (RFC 7239). An IPv6 address has a port only after brackets.
 _NODE = re.compile(
@@ -132,11 +132,11 @@ def _from_the_end(values: Sequence[str]) -> Iterator[str]:
     Quotes are paired from the end, too. A quote that a stranger leaves open then cannot enclose an
     entry that a proxy has added.
     """
-    whole = _ESCAPED.sub("_", ",".join(value for value in values[-_MOST_LINES:] if value.strip()))
+    whole = _ESCAPED.sub("_", ",".join(value for value in values[-_MAX_LINES:] if value.strip()))
     if not whole:
         return
     entry = ""
-    for piece in reversed(whole.rsplit(",", _MOST_ENTRIES)[-_MOST_ENTRIES:]):
+    for piece in reversed(whole.rsplit(",", _MAX_ENTRIES)[-_MAX_ENTRIES:]):
         entry = f"{piece},{entry}" if entry else piece
         if entry.count('"') % 2 == 0:
             yield entry

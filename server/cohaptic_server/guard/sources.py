@@ -84,7 +84,7 @@ def too_many(what: str, more: int, budget: Budget) -> RemoteProtocolError:
     return RemoteProtocolError(f"number of {what}", value, limit, CloseCode.TOO_MANY, field)
 
 
-_MOST_LOGGED = 1024
+_MAX_LOGGED = 1024
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +114,7 @@ class LogLines:
             self._known[source] = _Logged(known.bucket, known.left_out + 1, since)
         else:
             self._known[source] = _Logged(spent, known.left_out, known.since)
-        while len(self._known) > _MOST_LOGGED:
+        while len(self._known) > _MAX_LOGGED:
             self._known.pop(next(iter(self._known)))
         return spent is not None
 
@@ -135,7 +135,7 @@ class LogLines:
         return due
 
 
-_MOST_SOURCES = 4096  # half a megabyte; the limits for all addresses stop an attacker with more
+_MAX_SOURCES = 4096  # half a megabyte; the limits for all addresses stop an attacker with more
 UNKNOWN = "unknown"
 
 
@@ -149,7 +149,7 @@ def address_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | Non
     return mapped or address
 
 
-@lru_cache(maxsize=_MOST_SOURCES)
+@lru_cache(maxsize=_MAX_SOURCES)
 def source_of(host: str) -> str:
     """Return the source of a connection: its IPv4 address, or its IPv6 /64 network.
 
@@ -321,10 +321,10 @@ class Sources:
     def _keep(self, source: str, known: _Source, now: float) -> None:
         self._known.pop(source, None)
         self._known[source] = known
-        if len(self._known) <= _MOST_SOURCES:
+        if len(self._known) <= _MAX_SOURCES:
             return
         # Forget the addresses that were silent for longest: a quarter of all at once, so that the
         # search happens seldom.
         closed = [name for name, other in self._known.items() if not other.open + other.unread]
-        for name in closed[: max(1, _MOST_SOURCES // 4)]:
+        for name in closed[: max(1, _MAX_SOURCES // 4)]:
             del self._known[name]

@@ -40,14 +40,14 @@ class Quadrature:
         points: Positions of the points, shape (q, 3) [m].
         areas: Area that each point represents, shape (q,) [m^2].
         vertices: Corners of each point's face, shape (q, 3).
-        shares: Barycentric coordinates of each point, shape (q, 3).
+        fractions: Barycentric coordinates of each point, shape (q, 3).
         outward: Unit normal of each point's face, shape (q, 3).
     """
 
     points: Floats
     areas: Floats
     vertices: Ints
-    shares: Floats
+    fractions: Floats
     outward: Floats
 
     @cached_property
@@ -158,7 +158,7 @@ class SurfaceMesh:
                 tree,
                 q.areas[order],
                 q.vertices[order],
-                q.shares[order],
+                q.fractions[order],
                 q.outward[order],
                 under,
                 weights,
@@ -237,15 +237,15 @@ def _rings(faces: Ints, n: int) -> Ints:
 
 def _quadrature(x: Floats, faces: Ints, split: int) -> Quadrature:
     """Return quadrature points: the centroids of split^2 equal triangles in each face."""
-    shares: list[tuple[float, float, float]] = []
+    fractions: list[tuple[float, float, float]] = []
     for i in range(split):
         for j in range(split - i):
             up = np.array([i + 1 / 3, j + 1 / 3])
-            shares.append((*up / split, 1 - up.sum() / split))
+            fractions.append((*up / split, 1 - up.sum() / split))
             if i + j < split - 1:
                 down = np.array([i + 2 / 3, j + 2 / 3])
-                shares.append((*down / split, 1 - down.sum() / split))
-    table = np.array(shares)  # (split^2, 3)
+                fractions.append((*down / split, 1 - down.sum() / split))
+    table = np.array(fractions)  # (split^2, 3)
     points = np.einsum("sk,mki->msi", table, x[faces]).reshape(-1, 3)
     vectors = face_area_vectors(x, faces)
     lengths = np.linalg.norm(vectors, axis=1)

@@ -114,18 +114,18 @@ _BESIDE = 1.1
 _BATCH = 256  # faces whose neighbours one search finds: 100 MB where all are neighbours
 
 
-def finer_where_thin(tets: TetMesh, length: float, most: int) -> Bisected:
+def finer_where_thin(tets: TetMesh, length: float, limit: int) -> Bisected:
     """Split the long edges of thin parts.
 
     Args:
         tets: Mesh of the object.
         length: Edge length that was asked for [m].
-        most: Largest number of tetrahedra; an object that already has as many is not split.
+        limit: Largest number of tetrahedra; an object that already has as many is not split.
     """
     thickness = np.full(len(tets.vertices), np.inf)
-    if len(tets.tets) < most:
+    if len(tets.tets) < limit:
         thickness = layer_thickness(tets.vertices, boundary(tets.tets), FADES * THIN * length)
-    return with_shorter_edges(tets, longest_wanted(thickness, length), most)
+    return with_shorter_edges(tets, longest_wanted(thickness, length), limit)
 
 
 def longest_wanted(thickness: Floats, length: float) -> Floats:
@@ -141,24 +141,24 @@ def longest_wanted(thickness: Floats, length: float) -> Floats:
     """
     thin, wanted = np.isfinite(thickness), np.full(len(thickness), np.inf)
     t = thickness[thin]
-    most = SHORT * length * np.maximum(1.0, t / (THIN * length))
-    locks = 4.0 * _LOCKS * (most / np.maximum(t, 1e-9 * length)) ** 2
+    largest = SHORT * length * np.maximum(1.0, t / (THIN * length))
+    locks = 4.0 * _LOCKS * (largest / np.maximum(t, 1e-9 * length)) ** 2
     # The root h of h^2 (1 + locks h^2 / (4 most^2)) = most^2.
-    h = most * np.sqrt(2.0 / (1.0 + np.sqrt(1.0 + locks)))
+    h = largest * np.sqrt(2.0 / (1.0 + np.sqrt(1.0 + locks)))
     wanted[thin] = np.maximum(h, _SHORTEST * SHORT * length)
     return wanted
 
 
-def layer_thickness(x: Floats, faces: Ints, most: float) -> Floats:
+def layer_thickness(x: Floats, faces: Ints, limit: float) -> Floats:
     """Return the thickness of a body at each vertex of its thin parts, shape (n,) [m].
 
     Args:
         x: Positions of the vertices, shape (n, 3) [m].
         faces: Faces of the surface, counter-clockwise from outside, shape (m, 3).
-        most: Largest thickness of a thin part, along the normal of a face [m].
+        limit: Largest thickness of a thin part, along the normal of a face [m].
 
     Returns:
-        The thickness; infinite where the other side is further than `most`, and inside the body.
+        The thickness; infinite where the other side is further than `limit`, and inside the body.
     """
     from scipy.spatial import cKDTree  # takes 0.3 s, and only preparing an object needs it
 
@@ -168,15 +168,15 @@ def layer_thickness(x: Floats, faces: Ints, most: float) -> Floats:
     tree, least = cKDTree(middles), np.full(len(faces), np.inf)
     for start in range(0, len(faces), _BATCH):
         some = cKDTree(middles[start : start + _BATCH])
-        pairs = some.sparse_distance_matrix(tree, _BESIDE * most, output_type="ndarray")
+        pairs = some.sparse_distance_matrix(tree, _BESIDE * limit, output_type="ndarray")
         a, b = pairs["i"] + start, pairs["j"]
         opposed = np.einsum("pi,pi->p", normals[a], normals[b]) < _OPPOSED
         a, b = a[opposed], b[opposed]
         # Distance from one face to the other against its normal; if negative, a narrow gap lies
         # between them.
         across = np.einsum("pi,pi->p", middles[a] - middles[b], normals[a])
-        behind = (across > 0.0) & (across <= most)
-        behind &= pairs["v"][opposed] <= _BESIDE * np.maximum(across, most / FADES)
+        behind = (across > 0.0) & (across <= limit)
+        behind &= pairs["v"][opposed] <= _BESIDE * np.maximum(across, limit / FADES)
         np.minimum.at(least, a[behind], across[behind])
     found = np.full(len(x), np.inf)
     np.minimum.at(found, faces.ravel(), np.repeat(least, 3))
@@ -185,7 +185,7 @@ def layer_thickness(x: Floats, faces: Ints, most: float) -> Floats:
 
 _EDGES = np.array(EDGES)
 _SHRINK = 0.9  # ratio of successive excesses; each level's edges are split before shorter ones
-_MOST_PASSES = 100  # passes for one excess; plates, rods and bowls took at most 8
+_MAX_PASSES = 100  # passes for one excess; plates, rods and bowls took at most 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,21 +208,21 @@ class Bisected:
     excess: float
 
 
-def with_shorter_edges(tets: TetMesh, wanted: Floats, most: int) -> Bisected:
+def with_shorter_edges(tets: TetMesh, wanted: Floats, limit: int) -> Bisected:
     """Split edges until none is longer than its wanted length: the longer of those at its ends.
 
     Args:
         tets: Mesh of the object.
         wanted: Longest edge at each vertex, shape (n,) [m]; infinite where any length will do. The
             middle of a split edge gets the mean of the lengths at its ends.
-        most: Largest number of tetrahedra. The bound on edges falls step by step to the wanted
+        limit: Largest number of tetrahedra. The bound on edges falls step by step to the wanted
             lengths, and stays at the last step that this number allows.
     """
     start = longest_over_wanted(tets, wanted)
     now = Bisected(tets, np.arange(len(tets.tets), dtype=np.int64), wanted, start)
     steps = math.ceil(math.log(start) / -math.log(_SHRINK)) if start > 1.0 else 0
     for step in range(1, steps + 1):
-        after = _split_to(now, max(1.0, start * _SHRINK**step), most)
+        after = _split_to(now, max(1.0, start * _SHRINK**step), limit)
         if after is None:
             break
         now = after
@@ -241,13 +241,13 @@ def longest_over_wanted(tets: TetMesh, wanted: Floats) -> float:
     return float(ratio.max(initial=0.0))
 
 
-def _split_to(mesh: Bisected, excess: float, most: int) -> Bisected | None:
-    """Split edges over `excess` times their wanted length; None for over `most` tetrahedra."""
-    for _ in range(_MOST_PASSES):
+def _split_to(mesh: Bisected, excess: float, limit: int) -> Bisected | None:
+    """Split edges over `excess` times their wanted length; None for over `limit` tetrahedra."""
+    for _ in range(_MAX_PASSES):
         after = _split_once(mesh, excess)
         if after is None:
             break
-        if len(after.parent) > most:
+        if len(after.parent) > limit:
             return None
         mesh = after
     return Bisected(mesh.tets, mesh.parent, mesh.wanted, excess)

@@ -31,7 +31,7 @@ from cohaptic_server.progress import Progress
 
 # Number of tetrahedra up to which thin parts are made finer at the default edge: factoring them
 # takes about 0.6 GB and 5 s. An object with more tetrahedra already has a fine mesh.
-_MOST_FINE, _DEFAULT_EDGE = 12_000, 0.05
+_MAX_FINE, _DEFAULT_EDGE = 12_000, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Built:
 
 def build(
     source: ObjectFile,
-    progress: Progress = lambda phase, share: None,
+    progress: Progress = lambda phase, fraction: None,
     *,
     late: bool = False,
 ) -> Built:
@@ -80,9 +80,9 @@ def build(
             costs.append(cost_of(plan, multiplications(SystemClock())))
             check_cost(source, prepared, costs[0])
 
-        def told(phase: str, share: float) -> None:
+        def told(phase: str, fraction: float) -> None:
             words = f", {costs[0].words()}" if costs and phase != "storing" else ""
-            progress(phase + words, share)
+            progress(phase + words, fraction)
 
         tets = held.tets.centred()  # users reach an object wherever it lies in its file
         parts = load_or_make_parts(
@@ -111,8 +111,8 @@ def held_finely(source: ObjectFile, prepared: Prepared) -> Cut:
     # parts are resolved already, and the limit grows with 1 / edge only: more elements would take
     # memory that the requested edge itself needs.
     finer = _DEFAULT_EDGE / source.edge
-    most = round(_MOST_FINE * min(finer, finer**2))
-    cut = finer_where_thin(prepared.tets, source.edge * diagonal, most)
+    limit = round(_MAX_FINE * min(finer, finer**2))
+    cut = finer_where_thin(prepared.tets, source.edge * diagonal, limit)
     held = hold(source, cut.tets)
     return replace(held, parent=cut.parent[held.parent])
 
@@ -153,7 +153,7 @@ def check_cost(source: ObjectFile, prepared: Prepared, cost: Cost) -> None:
 
 def build_solid(
     source: ObjectFile,
-    progress: Progress = lambda phase, share: None,
+    progress: Progress = lambda phase, fraction: None,
     *,
     late: bool = False,
 ) -> Solid:

@@ -58,7 +58,7 @@ def build_rubber_solid(
     *,
     demand: Demand,
     damping: float = 0.0,
-    progress: Progress = lambda phase, share: None,
+    progress: Progress = lambda phase, fraction: None,
 ) -> RubberSolid:
     """Build the nonlinear solid of a file.
 
@@ -81,7 +81,7 @@ def build_affordable(
     *,
     demand: Demand,
     damping: float = 0.0,
-    progress: Progress = lambda phase, share: None,
+    progress: Progress = lambda phase, fraction: None,
 ) -> tuple[ObjectFile, RubberSolid]:
     """Build the nonlinear solid of a file; also return its options with the chosen edge length."""
     check_fix_given(source)
@@ -105,7 +105,7 @@ def build_affordable(
     )
     # A server and a caller that places hands both need the table; pressing a thin part takes half a
     # minute.
-    pressed = solid.vertex_compliance(lambda share: progress("pressing", share))
+    pressed = solid.vertex_compliance(lambda fraction: progress("pressing", fraction))
     if not kept:
         save_entry(path, "presses", {"table": pressed * multiple})
     return source, solid

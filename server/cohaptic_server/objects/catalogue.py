@@ -60,7 +60,7 @@ def build_body(
     damping: float = 0.0,
     hz: float = 60.0,
     demand: Demand | None = None,
-    progress: Progress = lambda phase, share: None,
+    progress: Progress = lambda phase, fraction: None,
     late: bool = False,
 ) -> Body:
     """Build the body called `name`, or the solid in the file of that name.

@@ -187,7 +187,7 @@ MAX_USERS = 64
 MIN_HZ, MAX_HZ = 10.0, 200.0
 # Share of a period that the median tick of a linear solid may take: the rest is for the network and
 # for slow ticks. The sixteen users of a room at 60 Hz are within it.
-SHARE_OF_PERIOD = 0.65
+FRACTION_OF_PERIOD = 0.65
 # Time of a tick with mesh patches, and of each user in it [s]. With hands at rest 0.2 to 0.3 ms for
 # each user were measured on solids of 1,600 to 15,700 tetrahedra, independent of their number; with
 # hands that slide at 0.2 m/s over 137,000 tetrahedra it was 6.0 ms for 8 users on a server
@@ -238,7 +238,7 @@ class Demand:
 
     @property
     def _allowed(self) -> float:
-        return self.period if self.nonlinear else SHARE_OF_PERIOD * self.period
+        return self.period if self.nonlinear else FRACTION_OF_PERIOD * self.period
 
     def check(self) -> None:
         """Check, before meshing, that a tick with the coarsest mesh is short enough for the rate.
@@ -249,9 +249,9 @@ class Demand:
         if self.affords(_FEWEST_NODES):
             return
         others = (Demand(n, self.hz, self.nonlinear) for n in range(MAX_USERS, 0, -1))
-        most = next((other.users for other in others if other.affords(_FEWEST_NODES)), 0)
+        limit = next((other.users for other in others if other.affords(_FEWEST_NODES)), 0)
         tick = self.expected_tick(_FEWEST_NODES)
-        words = f"at most {most} at {self.hz:g} Hz" if most else f"a rate below {self.hz:g} Hz"
+        words = f"at most {limit} at {self.hz:g} Hz" if limit else f"a rate below {self.hz:g} Hz"
         raise SettingError(
             "--users",
             self.users,

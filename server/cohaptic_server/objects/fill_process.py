@@ -54,20 +54,20 @@ class FillLog:
     """Reads the progress of one run of fTetWild from the lines that it prints.
 
     Attributes:
-        share: Approximate share of the run's time, from 0 to 1; it never decreases.
+        fraction: Approximate share of the run's time, from 0 to 1; it never decreases.
         passes: Number of optimisation passes that have begun.
     """
 
     def __init__(self) -> None:
-        self.share, self.passes = 0.0, 0
+        self.fraction, self.passes = 0.0, 0
         self._post = False
 
     def read(self, line: str) -> float:
         """Read a line, and return the share of the run's time that has passed after it."""
-        self.share = max(self.share, self._share(line))
-        return self.share
+        self.fraction = max(self.fraction, self._fraction(line))
+        return self.fraction
 
-    def _share(self, line: str) -> float:
+    def _fraction(self, line: str) -> float:
         if "//// pass " in line:
             self.passes += 1
             return self._at_pass(0.0)
@@ -81,7 +81,7 @@ class FillLog:
         if self.passes:
             step = line.removesuffix(" done!") if line.endswith(" done!") else ""
             return self._at_pass(_STEPS[step]) if step in _STEPS else 0.0
-        return max((share for mark, share in _PHASES if mark in line), default=0.0)
+        return max((fraction for mark, fraction in _PHASES if mark in line), default=0.0)
 
     def _at_pass(self, done: float) -> float:
         left: float = (1.0 - _PASS) ** (self.passes - 1 + done)
@@ -105,7 +105,7 @@ def fill(
     *,
     memory: float = math.inf,
     seconds: float = math.inf,
-    progress: Callable[[float], None] = lambda share: None,
+    progress: Callable[[float], None] = lambda fraction: None,
 ) -> tuple[Floats, Ints]:
     """Fill a surface by fTetWild; return vertices, shape (k, 3) [m], and tetrahedra, (t, 4).
 
@@ -176,7 +176,7 @@ def _watch(
         for reader in readers:
             reader.start()
         while _runs(process):
-            progress(log.share)
+            progress(log.fraction)
             if clock.now() - begin > seconds:
                 raise FillLimitError(f"filling it takes more than {seconds:g} s")
     finally:

@@ -71,13 +71,13 @@ def cut_at(tets: TetMesh, inside: Mask, region: Region) -> Cut:
     edges = np.unique(pairs[inside[pairs[:, 0]] != inside[pairs[:, 1]]], axis=0)
     # Each edge points outwards, so that a share counts from the held end.
     edges = np.where(inside[edges[:, :1]], edges, edges[:, ::-1])
-    share = _leaves(x[edges[:, 0]], x[edges[:, 1]], region)
+    fraction = _leaves(x[edges[:, 0]], x[edges[:, 1]], region)
     side = np.where(inside, _HELD, _FREE)
-    side[edges[share < NEAR, 0]] = _ON
-    side[edges[share > 1.0 - NEAR, 1]] = _ON
+    side[edges[fraction < NEAR, 0]] = _ON
+    side[edges[fraction > 1.0 - NEAR, 1]] = _ON
     split = side[edges[:, 0]] * side[edges[:, 1]] < 0
-    edges, share = edges[split], share[split, None]
-    middles = (1.0 - share) * x[edges[:, 0]] + share * x[edges[:, 1]]
+    edges, fraction = edges[split], fraction[split, None]
+    middles = (1.0 - fraction) * x[edges[:, 0]] + fraction * x[edges[:, 1]]
     order = np.argsort(-np.linalg.norm(x[edges[:, 1]] - x[edges[:, 0]], axis=1), kind="stable")
     ends = np.sort(edges[order], axis=1).tolist()
     rank = {(a, b): k for k, (a, b) in enumerate(ends)}

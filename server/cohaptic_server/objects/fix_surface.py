@@ -327,7 +327,7 @@ def read_fix_mesh(path: Path) -> tuple[Floats, Ints]:
 
 
 _PAIRS = 2**24  # pairs of a point and a triangle that are tested for one choice of unit and axes
-_MOST_SEEN = 64  # vertices of a surface that show whether it lies within the object
+_MAX_SEEN = 64  # vertices of a surface that show whether it lies within the object
 # Least diagonal of a surface that is proposed, as a share of the object's: a smaller one lies
 # between the vertices of elements of the default edge, and by its unit near the origin only.
 _LEAST = 0.05
@@ -335,13 +335,13 @@ _LEAST = 0.05
 
 def _lies_within(y: Floats, x: Floats, outside: Ints) -> bool:
     """Whether a surface lies within an object, at least in part, by some vertices of it."""
-    seen = _sample(np.flatnonzero(_in_box(x, y)), min(_MOST_SEEN, _PAIRS // len(outside)))
+    seen = _sample(np.flatnonzero(_in_box(x, y)), min(_MAX_SEEN, _PAIRS // len(outside)))
     return bool(inside(x, outside, y[seen]).any())
 
 
-def _sample(numbers: Ints, most: int) -> Ints:
-    """Some of the numbers, evenly; `most` at most, but for one."""
-    return numbers[:: max(1, -(-len(numbers) // max(1, most)))]
+def _sample(numbers: Ints, limit: int) -> Ints:
+    """Some of the numbers, evenly; `limit` at most, but for one."""
+    return numbers[:: max(1, -(-len(numbers) // max(1, limit)))]
 
 
 def _box(x: Floats) -> str:

@@ -25,14 +25,14 @@ class Limits:
 
     Args:
         least: Smallest value.
-        most: Largest value.
+        limit: Largest value.
         words: The range in words, for an error.
         zero: Whether 0 is allowed, too.
         told: Format of a value in an error, in the unit of the command line.
     """
 
     least: float
-    most: float
+    limit: float
     words: str
     zero: bool = False
     told: str = "{}"
@@ -140,7 +140,7 @@ class Option:
         limits, value = self.limits, self.value(source)
         if limits is None or (limits.zero and value == 0):
             return
-        if not limits.least <= value <= limits.most:
+        if not limits.least <= value <= limits.limit:
             told = value if self.unit == 1.0 else value / self.unit
             raise SettingError(self.flag, limits.told.format(told), limits.words)
 

@@ -72,7 +72,7 @@ class Prepared:
     words: tuple[str, ...] = ()
 
 
-def prepare(source: ObjectFile, progress: Progress = lambda phase, share: None) -> Prepared:
+def prepare(source: ObjectFile, progress: Progress = lambda phase, fraction: None) -> Prepared:
     """Read a file, check it and fill its surface with tetrahedra.
 
     Args:
@@ -240,7 +240,7 @@ def _filled(
             blur=0.0 if scan is None else source.scale * scan.blur,
             memory=source.max_memory,
             seconds=source.max_time,
-            progress=lambda share: progress(phase, share),
+            progress=lambda fraction: progress(phase, fraction),
         )
     except FillLimitError as error:
         coarser = f"--edge {min(0.5, 1.5 * source.edge):.2g}"

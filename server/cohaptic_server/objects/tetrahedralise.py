@@ -29,7 +29,7 @@ _WORST, _WORST_OF_CROSSING = 10.0, 30.0
 # Distance from the origin, in lengths of the object, from which the object is moved for filling:
 # fTetWild kept 77 % of a ball that lay 5e6 lengths away, and all of one at 5e4.
 _FAR = 1e3
-_MOST = 0.8  # share of the volume; if one piece has more, all other pieces may be left out
+_LARGEST = 0.8  # share of the volume; if one piece has more, all other pieces may be left out
 # Share of the volume below which a crumb that is joined only at a corner or an edge is left out: it
 # would turn about these without a force. Where sheets of a scan cross, two crumbs of 0.0005 arose.
 _CRUMB = 0.01
@@ -62,7 +62,7 @@ def tetrahedralise(
     blur: float = 0.0,
     memory: float = math.inf,
     seconds: float = math.inf,
-    progress: Callable[[float], None] = lambda share: None,
+    progress: Callable[[float], None] = lambda fraction: None,
 ) -> TetMesh:
     """Fill a surface with tetrahedra.
 
@@ -117,7 +117,7 @@ def _far_origin(x: Floats) -> Floats:
 
 
 def largest_piece(x: Floats, tets: Ints) -> Ints:
-    """Tetrahedra of the piece with over `_MOST` of the volume; of all pieces if there is none.
+    """Tetrahedra of the piece with over `_LARGEST` of the volume; of all pieces if there is none.
 
     Crumbs that share no face with the rest of their piece are left out in both cases.
 
@@ -127,9 +127,9 @@ def largest_piece(x: Floats, tets: Ints) -> Ints:
     """
     piece = pieces(tets, len(x))[tets[:, 0]]
     volume = np.bincount(piece, np.abs(volumes(x, tets)))
-    most = int(volume.argmax())
-    kept = tets[piece == most] if volume[most] > _MOST * volume.sum() else tets
+    largest = int(volume.argmax())
+    kept = tets[piece == largest] if volume[largest] > _LARGEST * volume.sum() else tets
     part = face_pieces(kept)
-    share = np.bincount(part, np.abs(volumes(x, kept))) / volume.sum()
-    large = share[part] > _CRUMB
+    fraction = np.bincount(part, np.abs(volumes(x, kept))) / volume.sum()
+    large = fraction[part] > _CRUMB
     return kept[large] if large.any() else kept

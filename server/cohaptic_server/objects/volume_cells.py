@@ -9,7 +9,7 @@ import numpy as np
 
 from cohaptic_server.numeric import Ints
 
-_MOST = 2**53  # up to which doubles tell whole numbers apart
+_LARGEST = 2**53  # up to which doubles tell whole numbers apart
 
 
 class VolumeCells(NamedTuple):
@@ -37,6 +37,6 @@ def whole(numbers: Any) -> Ints:
     values = np.asarray(numbers)
     if values.dtype.kind == "f" and not (np.floor(values) == values).all():
         raise ValueError("a count or a tag is no whole number")
-    if len(values) and not -_MOST < values.min() <= values.max() < _MOST:
+    if len(values) and not -_LARGEST < values.min() <= values.max() < _LARGEST:
         raise ValueError("a count or a tag is beyond 2^53")
     return np.asarray(values, dtype=np.int64)

@@ -22,7 +22,7 @@ from cohaptic_server.objects.surface.surface_file import equal_points
 # Distance at which two points are one, as a share of the size: files in single precision have 24
 # bits, and the shortest edge of a useful mesh is ten thousand times as long.
 SAME = 1e-7
-_MOST = 0.8  # share of the volume; a piece with more may be taken alone
+_LARGEST = 0.8  # share of the volume; a piece with more may be taken alone
 # Counter-clockwise from outside.
 _FACES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
 
@@ -77,18 +77,18 @@ class PiecesError(BodyError):
 
 
 def largest_alone(path: Path, x: Floats, tets: Ints) -> Ints:
-    """Indices of the tetrahedra in the piece with over `_MOST` of the volume, shape (k,).
+    """Indices of the tetrahedra in the piece with over `_LARGEST` of the volume, shape (k,).
 
     Small pieces that share no face with it are left out, and said. If no piece is so large, all
     tetrahedra are kept.
     """
-    share, of = _pieces(x, tets)
-    most = int(share.argmax())
-    if len(share) == 1 or share[most] <= _MOST:
+    fraction, of = _pieces(x, tets)
+    largest = int(fraction.argmax())
+    if len(fraction) == 1 or fraction[largest] <= _LARGEST:
         return np.arange(len(tets))
-    left = f"{len(share) - 1} of {len(share)} pieces, with {1.0 - share[most]:.2%} of the volume,"
-    say_once(path, f"{left} are left out")
-    return np.flatnonzero(of == most)
+    left = f"{len(fraction) - 1} of {len(fraction)} pieces"
+    say_once(path, f"{left}, with {1.0 - fraction[largest]:.2%} of the volume, are left out")
+    return np.flatnonzero(of == largest)
 
 
 def _pieces(x: Floats, tets: Ints) -> tuple[Floats, Ints]:
@@ -124,18 +124,18 @@ def check_conforming(path: Path, x: Floats, tets: Ints) -> None:
             f" overlap, as after a vertex was moved through a face; one is"
             f" {_at(x[each[folded][0]])}. Mesh the object anew"
         )
-    share, of = _pieces(x, tets)
-    if len(share) > 1:
-        largest = share.max()
+    fraction, of = _pieces(x, tets)
+    if len(fraction) > 1:
+        largest = fraction.max()
         alone = f", or take the largest alone, {largest:.1%} of it, with --repair"
-        advice = f"Join them by faces{alone if largest > _MOST else ', or take one of them out'}"
+        advice = f"Join them by faces{alone if largest > _LARGEST else ', or take one of them out'}"
         hinge = _shared(tets, of == of[0])
         if pieces(tets, len(x)).max() > 0:
-            problem = f"the solid is in {len(share)} pieces, and it must be one"
+            problem = f"the solid is in {len(fraction)} pieces, and it must be one"
         else:
             problem = (
-                f"its {len(share)} pieces hang together by edges or corners only, about which they"
-                f" would turn without a force; one is {_at(x[hinge[:1]])}"
+                f"its {len(fraction)} pieces hang together by edges or corners only, about which"
+                f" they would turn without a force; one is {_at(x[hinge[:1]])}"
             )
         raise PiecesError(path, problem, advice)
     outside = boundary(tets)

@@ -69,20 +69,20 @@ def read_vtu(path: Path, wanted: Container[str]) -> Grid:
         )
         raise BodyError(f"{path}: {words}")
     (grid,) = _only(root, "UnstructuredGrid", ("AppendedData",))
-    pieces = _only(grid, "Piece", ("FieldData",), most=None)
+    pieces = _only(grid, "Piece", ("FieldData",), limit=None)
     arrays = _Arrays.of(path, root, appended)
     return _joined(path, [_piece(arrays, piece, wanted) for piece in pieces])
 
 
 def _only(
-    above: ET.Element, tag: str, beside: Iterable[str], least: int = 1, most: int | None = 1
+    above: ET.Element, tag: str, beside: Iterable[str], least: int = 1, limit: int | None = 1
 ) -> list[ET.Element]:
     """Elements of one tag, so many at least and at most; others must be among `beside`."""
     found = [one for one in above if one.tag == tag]
     unknown = [str(one.tag) for one in above if one.tag != tag and one.tag not in beside]
     if unknown:
         raise ValueError(f"its {above.tag} has an element {unknown[0][:40]!r}, which is unknown")
-    if len(found) < least or (most is not None and len(found) > most):
+    if len(found) < least or (limit is not None and len(found) > limit):
         raise ValueError(f"its {above.tag} has {len(found)} elements {tag!r}")
     return found
 
@@ -137,11 +137,11 @@ class _Arrays(NamedTuple):
                 raise ValueError(f"its array {name[:40]!r} has a '_' in a number")
             found = np.array(text.split(), dtype=np.float64)
         else:
-            most = count * kind.itemsize
+            limit = count * kind.itemsize
             if form == "binary":
-                data = self._block("".join(text.split()).encode(), 0, most, raw=False)
+                data = self._block("".join(text.split()).encode(), 0, limit, raw=False)
             elif form == "appended":
-                data = self._block(self.appended, int(array.get("offset", "")), most, raw=self.raw)
+                data = self._block(self.appended, int(array.get("offset", "")), limit, raw=self.raw)
             else:
                 raise ValueError(f"its array {name[:40]!r} has the format {form[:40]!r}")
             found = np.frombuffer(data, kind)
@@ -149,14 +149,14 @@ class _Arrays(NamedTuple):
             raise ValueError(f"its array {name[:40]!r} has {len(found):,} numbers of {count:,}")
         return whole(found) if kind.kind in "iu" else found.astype(np.float64)
 
-    def _block(self, source: bytes, at: int, most: int, *, raw: bool) -> bytes:
+    def _block(self, source: bytes, at: int, limit: int, *, raw: bool) -> bytes:
         """The bytes of an array that begins at a byte, or at a character of base64."""
         if not 0 <= at <= len(source):
             raise ValueError(f"an array begins at {at:,} of {len(source):,}")
         size = self.header.itemsize
         (first,) = self._header(source, at, 1, raw=raw)
         if not self.unpack:
-            _check_length(first, most)
+            _check_length(first, limit)
             if raw:
                 return _cut(source, at + size, first)
             # Most programs encode the length and the array as one, some each for itself.
@@ -170,7 +170,7 @@ class _Arrays(NamedTuple):
             raise ValueError(f"an array is packed in {first:,} blocks")
         _, each, last, *packed = self._header(source, at, 3 + first, raw=raw)
         lengths = [each] * (first - 1) + [last or each]
-        _check_length(sum(lengths), most)
+        _check_length(sum(lengths), limit)
         behind = (3 + first) * size
         if raw:
             body = _cut(source, at + behind, sum(packed))
@@ -202,9 +202,9 @@ def _type(name: str, order: str) -> np.dtype[np.unsignedinteger]:
     return np.dtype(order + _TYPES[name])
 
 
-def _check_length(length: int, most: int) -> None:
-    if length != most:
-        raise ValueError(f"an array has {length:,} bytes of {most:,}")
+def _check_length(length: int, limit: int) -> None:
+    if length != limit:
+        raise ValueError(f"an array has {length:,} bytes of {limit:,}")
 
 
 def _cut(source: bytes, at: int, length: int) -> bytes:
@@ -262,7 +262,7 @@ def _named(above: ET.Element) -> dict[str, ET.Element]:
         ValueError: Two have one name, as with several steps of time.
     """
     found: dict[str, ET.Element] = {}
-    for array in _only(above, "DataArray", ("Array",), least=0, most=None):
+    for array in _only(above, "DataArray", ("Array",), least=0, limit=None):
         name = array.get("Name", "")
         if name in found:
             raise ValueError(f"its {above.tag} has two arrays {name[:40]!r}")

@@ -102,14 +102,16 @@ def link_of(change: SetLatency) -> LinkSettings:
         raise RemoteProtocolError(error.name, error.value, error.limit) from None
     delay = link.delay if change.delay is None else change.delay
     jitter = link.jitter if change.jitter is None else change.jitter
-    for name, value, most in (
+    for name, value, limit in (
         ("delay", delay, MAX_INJECTED_DELAY),
         ("jitter", jitter, MAX_INJECTED_JITTER),
         ("tail", link.tail, MAX_INJECTED_TAIL),
         ("stall", link.stall, MAX_INJECTED_DELAY),
     ):
-        if value > most:
-            raise RemoteProtocolError(f"{name} of a network", f"{value:g} s", f"at most {most:g} s")
+        if value > limit:
+            raise RemoteProtocolError(
+                f"{name} of a network", f"{value:g} s", f"at most {limit:g} s"
+            )
     return replace(link, delay=delay, jitter=jitter)
 
 

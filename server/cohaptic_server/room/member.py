@@ -71,7 +71,7 @@ def participant(user: int, hello: Hello, max_force: float) -> Participant:
     )  # fmt: skip
 
 
-MOST_MUTED = 256  # the oldest entry is dropped first; only an administrator adds entries
+MAX_MUTED = 256  # the oldest entry is dropped first; only an administrator adds entries
 
 
 class Muted:
@@ -86,7 +86,7 @@ class Muted:
     def add(self, name: str, claim: Claim) -> None:
         """Add a user to the muted users."""
         self.take_out(name, claim)
-        self._who = [*self._who, (name, claim)][-MOST_MUTED:]
+        self._who = [*self._who, (name, claim)][-MAX_MUTED:]
 
     def take_out(self, name: str, claim: Claim) -> None:
         """Remove a user from the muted users."""

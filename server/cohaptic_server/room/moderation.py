@@ -12,10 +12,10 @@ from pydantic import TypeAdapter, ValidationError
 
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.control.message import Name
-from cohaptic.protocol.watch_messages import MOST_PUT_OUT, Moderate, Moderated, PutOut
+from cohaptic.protocol.watch_messages import MAX_PUT_OUT, Moderate, Moderated, PutOut
 from cohaptic_server.access.admission import Guest
 from cohaptic_server.access.keys import forbidden
-from cohaptic_server.access.remembered import MOST_REMOVED, Pardon, Record, Removal
+from cohaptic_server.access.remembered import MAX_REMOVED, Pardon, Record, Removal
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.seats.names import looks_like
@@ -110,7 +110,7 @@ class Removed:
 
     def _add(self, removal: Removal, until: float, now: float) -> None:
         counting = [one for one in self._removals if one[1] > now]
-        if len(counting) >= MOST_REMOVED:
+        if len(counting) >= MAX_REMOVED:
             # Drop the oldest kick, which would end anyway; drop a ban only if all are bans.
             kicks = [k for k, (_, until) in enumerate(counting) if until < float("inf")]
             del counting[kicks[0] if kicks else 0]
@@ -240,7 +240,7 @@ def administers(peer: Peer) -> bool:
 
 def tell_put_out(removed: Removed, admins: Iterable[Peer], now: float, outcome: Outcome) -> None:
     """Tell administrators the names of the removed users who may not come back yet."""
-    names = removed.names(now)[-MOST_PUT_OUT:]
+    names = removed.names(now)[-MAX_PUT_OUT:]
     for admin in admins:
         admin.session.send(PutOut(names=names))
         outcome.flush.append(admin)

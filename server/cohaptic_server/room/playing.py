@@ -12,7 +12,7 @@ from cohaptic_server.world.state import Participant, Touch
 
 # Of one hand, which wait; at 100 samples a second for `LONGEST` twice over. A client that sends
 # more has its oldest left out.
-_MOST: Final = 50
+_LARGEST: Final = 50
 # Share of the way to the newer of two samples from which on what is read counts as an answer to the
 # newer one's patch. On a link that does not waver the newest sample is read but for a millisecond.
 _NEWER: Final = 0.9
@@ -49,7 +49,7 @@ class Samples:
         follows = waiting and touch.who.fixed_gains is None
         if not (follows and touch.t_client > waiting[-1].t_client and playout.fits(age)):
             waiting, playout = (), Playout.begun(age)
-        return Samples((*waiting, touch)[-_MOST:], playout, self.read_at)
+        return Samples((*waiting, touch)[-_LARGEST:], playout, self.read_at)
 
     def of(self, who: Participant) -> Samples:
         """Return the samples as of a participant that has changed its law or its gains."""
@@ -89,20 +89,22 @@ def between(a: Touch, b: Touch, at: float, newest: Touch) -> Touch:
         at: Time on the client's clock, between theirs [s].
         newest: Newest sample, whose participant counts.
     """
-    share = (at - a.t_client) / (b.t_client - a.t_client)
-    told = b if share >= _NEWER else a
+    fraction = (at - a.t_client) / (b.t_client - a.t_client)
+    told = b if fraction >= _NEWER else a
     return replace(
         newest,
-        probe=lerp(a.probe, b.probe, share),
-        force=lerp(a.force, b.force, share),
+        probe=lerp(a.probe, b.probe, fraction),
+        force=lerp(a.force, b.force, fraction),
         seq=told.seq,
         tick=told.tick,
         t_client=at,
-        arrived=a.arrived + share * (b.arrived - a.arrived),
-        anchor=_anchor(a.anchor, b.anchor, share),
-        give=a.give if a.give is None or b.give is None else a.give + share * (b.give - a.give),
+        arrived=a.arrived + fraction * (b.arrived - a.arrived),
+        anchor=_anchor(a.anchor, b.anchor, fraction),
+        deflection=a.deflection
+        if a.deflection is None or b.deflection is None
+        else a.deflection + fraction * (b.deflection - a.deflection),
     )
 
 
-def _anchor(a: Vec3 | None, b: Vec3 | None, share: float) -> Vec3 | None:
-    return a if a is None or b is None else lerp(a, b, share)
+def _anchor(a: Vec3 | None, b: Vec3 | None, fraction: float) -> Vec3 | None:
+    return a if a is None or b is None else lerp(a, b, fraction)

@@ -126,7 +126,7 @@ class Entrance:
 
 # Watching connections of one session. A page has one; further ones come from duplicated tabs, and
 # from broken paths whose end the server does not know yet.
-MOST_PAGES = 4
+MAX_PAGES = 4
 
 
 class Reception:
@@ -254,13 +254,13 @@ class Reception:
         peer.needs_mesh = True
 
     def _check_pages(self, peer: Peer) -> None:
-        """Raise RemoteProtocolError if `MOST_PAGES` pages of the peer's session watch already."""
+        """Raise RemoteProtocolError if `MAX_PAGES` pages of the peer's session watch already."""
         session = peer.guest.session
         pages = [one for one in self.peers if one.watches and one.session.hears_news]
         count = sum(one.guest.session == session for one in pages)
-        if session and count >= MOST_PAGES:
+        if session and count >= MAX_PAGES:
             subject = "number of pages that watch with one invitation's session"
-            limit = f"at most {MOST_PAGES}: ask for an invitation of your own"
+            limit = f"at most {MAX_PAGES}: ask for an invitation of your own"
             raise RemoteProtocolError(subject, count + 1, limit, CloseCode.ROOM_FULL, "watchers")
 
 

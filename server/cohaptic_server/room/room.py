@@ -49,7 +49,7 @@ class Seating:
     them.
 
     Args:
-        most: Largest number of seats of the room.
+        capacity: Largest number of seats of the room.
         who: Word for the people, such as "users", for messages.
         instead: Text that tells a client without a seat what to do instead.
 
@@ -60,7 +60,7 @@ class Seating:
             given back when somebody leaves.
     """
 
-    most: int
+    capacity: int
     who: str
     instead: str = ""
     held: int | None = None
@@ -74,14 +74,14 @@ class Seating:
     def give_back(self, used: int) -> int:
         """Give back seats that are neither wanted nor in use; return the number still assigned."""
         if self.held is None:
-            return self.most
+            return self.capacity
         self.held = min(self.held, max(self.wanted, used))
         return self.held
 
     @property
     def limit(self) -> int:
         """Number of people that may have a seat at present."""
-        return self.most if self.held is None else min(self.most, self.held)
+        return self.capacity if self.held is None else min(self.capacity, self.held)
 
     def check(self, present: int, kept: int = 0, promised: int = 0) -> None:
         """Raise RemoteProtocolError if there is no seat for one more person.
@@ -96,7 +96,7 @@ class Seating:
             return
         words = (
             f"at most {limit}"
-            if limit == self.most
+            if limit == self.capacity
             else (f"at most {limit}: the other rooms of this server have its other seats")
         )
         if kept:
@@ -208,8 +208,8 @@ class Room:
         user = self.next_user
         self.next_user += 1
         present = tuple(RoomUser(user=m.user, name=m.hello.name) for m in self.members.values())
-        most = guest.grants.max_force
-        cap = hello.max_force if most is None else min(hello.max_force, most)
+        capacity = guest.grants.max_force
+        cap = hello.max_force if capacity is None else min(hello.max_force, capacity)
         muted = self.muted.holds(hello.name, claim)
         self.members[user] = Member(participant(user, hello, cap), hello, now, claim, muted)
         welcome = Welcome(
@@ -225,12 +225,12 @@ class Room:
         """Store a contact sample as the newest touch of a user."""
         member = self.members[user]
         hello = member.hello
-        give, own_model = None, sample.own_model
+        deflection, own_model = None, sample.own_model
         if hello.models:
-            # There is no give before the first patch with partners.
-            give, own_model = sample.give or 0.0, None
+            # There is no deflection before the first patch with partners.
+            deflection, own_model = sample.deflection or 0.0, None
         elif own_model is not None:
-            give = sample.give
+            deflection = sample.deflection
         # Positional arguments, since keyword arguments would double the time of this method.
         touch = Touch(
             member.who,
@@ -242,7 +242,7 @@ class Room:
             now,
             True,
             sample.anchor if hello.friction else None,
-            give,
+            deflection,
             own_model,
         )
         member.samples = member.samples.heard(touch)

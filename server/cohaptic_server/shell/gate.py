@@ -90,7 +90,7 @@ class Traffic:
 
 log = logging.getLogger("cohaptic.server")
 
-_MOST_FILES = 10**6
+_MAX_FILES = 10**6
 _OWN_FILES = 40  # a server has about 20 open; an upload or a starting process needs some more
 _HANDSHAKES_AT_ONCE = 4  # TLS handshakes; 3 ms
 # Without a tick for so long the process counts as having stood still, if it has computed for less
@@ -341,8 +341,8 @@ class Taken(socket.socket):
 def _files() -> int:
     """Return how many connections the limit on open files allows beside the server's own files."""
     if sys.platform == "win32":
-        return _MOST_FILES
+        return _MAX_FILES
     import resource
 
     soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
-    return max(8, (_MOST_FILES if soft == resource.RLIM_INFINITY else soft) - _OWN_FILES)
+    return max(8, (_MAX_FILES if soft == resource.RLIM_INFINITY else soft) - _OWN_FILES)

@@ -42,7 +42,7 @@ from cohaptic_server.shell.gate import Gate
 
 # Frames in one read of a socket. After a stall of 10 s a client at 200 Hz has as many samples in
 # the kernel; cutting them takes 3 ms. A read full of empty frames would take 70 ms.
-MOST_FRAMES = 2048
+MAX_FRAMES = 2048
 
 
 def is_small_binary(frame: bytes) -> bool:
@@ -65,7 +65,7 @@ class ClientStream:
 
     Attributes:
         opened: Whether the whole request has come.
-        flooded: Whether one read had more than `MOST_FRAMES` frames; `rest` returns the further
+        flooded: Whether one read had more than `MAX_FRAMES` frames; `rest` returns the further
             ones.
     """
 
@@ -114,7 +114,7 @@ class ClientStream:
         found: list[bytes] = []
         at = 0
         while (size := self._size(data, at)) is not None and at + size <= len(data):
-            if len(found) == MOST_FRAMES:
+            if len(found) == MAX_FRAMES:
                 self.flooded, self._rest = True, data[at:]
                 return found
             found.append(data[at : at + size])
@@ -299,7 +299,7 @@ class Wire(ServerConnection):
     def _excess(self, pieces: Sequence[bytes], *, in_head: bool) -> ProtocolError | None:
         """Count the pieces of one read; return an error if they exceed a rate limit, or None."""
         if self._stream.flooded:
-            limit = f"at most {MOST_FRAMES}"
+            limit = f"at most {MAX_FRAMES}"
             return RemoteProtocolError("frames in one read", "more", limit, CloseCode.TOO_MANY)
         samples = texts = beats = 0
         for piece in pieces[1:] if in_head else pieces:

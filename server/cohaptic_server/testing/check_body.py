@@ -175,8 +175,8 @@ def own_force_dents_inward(subject: Subject) -> None:
 
 def reciprocity(subject: Subject) -> None:
     """Assert that a small force at contact i moves contact j as much as the force at j moves i."""
-    share = 0.01
-    loads = pressed(subject.loads, np.full(len(subject.loads), share * subject.forces.min()))
+    fraction = 0.01
+    loads = pressed(subject.loads, np.full(len(subject.loads), fraction * subject.forces.min()))
     moved = np.array([depths(loads, settled(subject.body, [load])) for load in loads])
     limit = _EXACT if subject.linear else 0.05
     _near(moved, moved.T, limit * np.abs(moved).max(), "depths and their transpose")
@@ -231,11 +231,11 @@ def energy_is_paid_for(subject: Subject) -> None:
     rng = np.random.default_rng(0)
     response = body.respond(pressed(subject.loads, np.zeros(count)))
     for tick in range(60):
-        share = rng.uniform(0.0, 1.0, count) if 8 <= tick < 40 else np.full(count, tick < 8)
-        loads = pressed(subject.loads, share * subject.forces)
+        fraction = rng.uniform(0.0, 1.0, count) if 8 <= tick < 40 else np.full(count, tick < 8)
+        loads = pressed(subject.loads, fraction * subject.forces)
         previous, response = response, body.respond(loads, response)
         moved = depths(loads, response) - depths(loads, previous)
-        work = float((share * subject.forces) @ moved)
+        work = float((fraction * subject.forces) @ moved)
         gain = response.energy - previous.energy
         limit = work + _TANGENT * _energy_scale(subject)
         assert gain <= limit, f"{gain:g} J stored for {work:g} J of work in tick {tick}"
@@ -245,12 +245,12 @@ def energy_is_paid_for(subject: Subject) -> None:
 def energy_is_a_potential(subject: Subject) -> None:
     """Assert that the energy between steady states changes by the work, loading or unloading."""
     body, loads = subject.body, subject.loads
-    shares = np.concatenate([np.linspace(0.0, 1.0, 9), np.linspace(1.0, 0.0, 9)[1:]])
+    fractions = np.concatenate([np.linspace(0.0, 1.0, 9), np.linspace(1.0, 0.0, 9)[1:]])
     states: list[tuple[Floats, Floats, float]] = []
     response: Response | None = None
-    for share in shares.tolist():
-        response = settled(body, pressed(loads, share * subject.forces), response)
-        states.append((share * subject.forces, depths(loads, response), response.energy))
+    for fraction in fractions.tolist():
+        response = settled(body, pressed(loads, fraction * subject.forces), response)
+        states.append((fraction * subject.forces, depths(loads, response), response.energy))
     work = 0.0
     for (f, x, _), (g, y, energy) in pairwise(states):
         work += 0.5 * float((f + g) @ (y - x))

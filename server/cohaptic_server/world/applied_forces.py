@@ -157,7 +157,7 @@ def limit_forces(requested: Floats, max_force: Floats) -> Floats:
     return np.minimum(forces, fair_cap(forces, MAX_SUM))
 
 
-def allowed_shares(change: Floats, stiffness: Floats, C: Floats, max_effect: float) -> Floats:
+def allowed_fractions(change: Floats, stiffness: Floats, C: Floats, max_effect: float) -> Floats:
     """Return the share of each user's change of force that this tick allows, 0 to 1, shape (n,).
 
     Args:
@@ -167,18 +167,18 @@ def allowed_shares(change: Floats, stiffness: Floats, C: Floats, max_effect: flo
         max_effect: Largest change of the force on one hand by all other users together [N].
     """
     # The campaign compiles this function with numba, which supports only a part of numpy.
-    shares = np.ones_like(change)
+    fractions = np.ones_like(change)
     # Change of the force on each hand (row) by each user (column); an unknown compliance is
     # replaced by the worst case.
     effect = np.minimum(stiffness.reshape(-1, 1) * np.abs(C), MAX_COUPLING_RATIO) * change
     effect.reshape(-1)[:: len(change) + 1] = 0.0  # its diagonal
     moved = effect.sum(axis=1)
     if not (moved > max_effect).any():
-        return shares
+        return fractions
     for i in np.flatnonzero(moved > max_effect):
         row = effect[i]
-        shares = np.minimum(shares, fair_cap(row, max_effect) / np.maximum(row, 1e-300))
-    return shares
+        fractions = np.minimum(fractions, fair_cap(row, max_effect) / np.maximum(row, 1e-300))
+    return fractions
 
 
 def low_pass(previous: Floats, requested: Floats, lag: Floats, dt: float) -> Floats:
@@ -239,9 +239,9 @@ def update_releases(
         Forces that still fade, and those of probes that jumped in this tick; at most one per user.
     """
     releases = [
-        replace(release, share=release.share - fade)
+        replace(release, fraction=release.fraction - fade)
         for release in state.releases
-        if release.share - fade > 0.0
+        if release.fraction - fade > 0.0
     ]
     fading = {release.user for release in releases}
     for i in np.flatnonzero((rows < 0) & (tracked.before >= 0)).tolist():

@@ -77,8 +77,8 @@ def track_contacts(
     requested = np.where(height < MAX_CONTACT_HEIGHT, presence * push, 0.0)
     sideways = np.zeros((n, 3))
     for i in rough:
-        share = scale(touches[i].force, float(presence[i]))
-        sideways[i] = tangential(share, vec3(frames[i, 2]), float(requested[i]))
+        fraction = scale(touches[i].force, float(presence[i]))
+        sideways[i] = tangential(fraction, vec3(frames[i, 2]), float(requested[i]))
     last = state.users.tracked
     smoothed(
         before, probes, last.probes, last.velocity, settings[2], last.settings[2], settings[3],
@@ -108,7 +108,7 @@ def _follow(
         windows = observed.windows
         known, there = KnownFields(windows.starts[0], windows.vertices, observed.free), before
     surfaces = KnownFields(known.starts, known.vertices, np.empty_like(known.values))
-    shares = _shares_followed(state, before, dt)
+    fractions = _fractions_followed(state, before, dt)
     room = max(_USUAL * n, 5 * int(old.starts[-1]) // 4)
     contacts = Contacts(
         np.empty((n, 3, 3)), np.empty(n), np.zeros(n + 1, np.int64), np.empty(room, np.int64),
@@ -122,7 +122,7 @@ def _follow(
     user = 0
     while True:
         user = track(
-            found.search, found.field, user, there, tips, shares, reach, old_rows, free_rows,
+            found.search, found.field, user, there, tips, fractions, reach, old_rows, free_rows,
             last.before, surface_rows, surfaces.values, ContactRows(*contacts), places,
         )  # fmt: skip
         if user == n:
@@ -210,11 +210,11 @@ def since(past: Sequence[Carried], tick: int, time: TickTime) -> float:
     return back * time.period
 
 
-def _shares_followed(state: WorldState, before: Ints, dt: float) -> Floats:
+def _fractions_followed(state: WorldState, before: Ints, dt: float) -> Floats:
     """Return the share of the body's change that each tracked surface follows, shape (n,)."""
-    shares = np.full(len(before), RELAXATION)
+    fractions = np.full(len(before), RELAXATION)
     if state.turning > 0.0:
         slow = min(RELAXATION, 1.0 - kept(state.turning, dt))
         for i in steep_contacts(state.users.tracked.contacts.slopes):
-            shares[before == i] = slow
-    return shares
+            fractions[before == i] = slow
+    return fractions

@@ -132,16 +132,16 @@ class FlatterField:
     Args:
         field: Field before the flattening.
         moved: Displacement of the contact, shape (3,) [m].
-        share: Factor of the differences from `moved`, 0 to 1.
+        fraction: Factor of the differences from `moved`, 0 to 1.
     """
 
     field: Field
     moved: Floats
-    share: float
+    fraction: float
 
     def __getitem__(self, vertices: Ints, /) -> Floats:
         """Return the displacement of `vertices`, of any shape (...), shape (..., 3) [m]."""
-        return np.asarray(self.moved + self.share * (self.field[vertices] - self.moved))
+        return np.asarray(self.moved + self.fraction * (self.field[vertices] - self.moved))
 
 
 def flatten_bulges(

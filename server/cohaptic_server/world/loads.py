@@ -21,9 +21,9 @@ from cohaptic_server.world.contact import Contact, Contacts
 
 # Smallest eigenvalue of a contact's 3x3 compliance over its trace: a direction that hardly gives
 # way must still be resolved in the 32 bits of the wire, whose rounding is 6e-8: to a thousandth.
-MIN_EIGENVALUE_SHARE = 1e-4
+MIN_EIGENVALUE_FRACTION = 1e-4
 # Trace of a contact's compliance that leaves room for raising its smallest eigenvalue [m/N].
-_MAX_TRACE = MAX_COMPLIANCE * (1.0 - 2.0 * MIN_EIGENVALUE_SHARE)
+_MAX_TRACE = MAX_COMPLIANCE * (1.0 - 2.0 * MIN_EIGENVALUE_FRACTION)
 _UPPER_TRIANGLE = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # order of `Compliance3`
 
 
@@ -166,9 +166,9 @@ def compliance_between(compliance: Floats, spans: Sequence[slice]) -> Floats:
         return rows
     first = np.array([span.start for span in spans])
     owner = np.repeat(np.arange(len(spans)), [span.stop - span.start for span in spans])
-    share = own[first[owner]] / own
+    fraction = own[first[owner]] / own
     sums = np.add.reduceat(np.abs(compliance), first, axis=1)  # (loads, users)
-    rows = np.maximum.reduceat(share[:, None] * sums, first, axis=0)
+    rows = np.maximum.reduceat(fraction[:, None] * sums, first, axis=0)
     rows[np.diag_indices(len(spans))] = own[first]
     return np.asarray(rows)
 
@@ -197,7 +197,7 @@ def bounded(compliance: Floats, spans: Sequence[slice]) -> Floats:
         block = C[span, span]
         lack = MIN_COMPLIANCE - float(np.diag(block).min())
         if len(block) > 1:
-            floor = max(MIN_COMPLIANCE, MIN_EIGENVALUE_SHARE * float(np.trace(block)))
+            floor = max(MIN_COMPLIANCE, MIN_EIGENVALUE_FRACTION * float(np.trace(block)))
             lack = floor - float(np.linalg.eigvalsh(block)[0])
         if lack > 0.0:
             C[span, span] += lack * np.eye(span.stop - span.start)
@@ -212,8 +212,8 @@ def _softest(C: Floats, spans: Sequence[slice]) -> Floats:
     """
     root = np.ones(len(C))
     for span in spans:
-        most = float(C.diagonal()[span].sum())
-        root[span] = np.sqrt(_MAX_TRACE / max(most, _MAX_TRACE))
+        limit = float(C.diagonal()[span].sum())
+        root[span] = np.sqrt(_MAX_TRACE / max(limit, _MAX_TRACE))
     return np.asarray(root[:, None] * root)
 
 

@@ -76,9 +76,9 @@ def quantised(
             f"{len(vertices)} vertices, displacements of shape {displacement.shape} and"
             f" compliances of shape {c_ii.shape} make no neighbourhood"
         )
-    most = np.empty((len(starts) - 1, 2))
-    largest(starts, displacement, c_ii, most)
-    scales = _scales(most)
+    limit = np.empty((len(starts) - 1, 2))
+    largest(starts, displacement, c_ii, limit)
+    scales = _scales(limit)
     # Values that are not finite are packed as zeros: they have no integer in Python or C.
     known = (scales > 0.0) & (scales[:, :1] >= 0.0)
     per = np.where(known, 1.0 / np.where(known, scales, 1.0), 0.0)
@@ -94,14 +94,14 @@ def quantised(
     ]
 
 
-def _scales(most: Floats) -> Floats:
+def _scales(limit: Floats) -> Floats:
     """Return the scales of each neighbourhood as `Neighbourhood.scales` does, shape (n, 2).
 
     Args:
-        most: Largest displacement [m] and compliance [m/N] of each neighbourhood, shape (n, 2);
+        limit: Largest displacement [m] and compliance [m/N] of each neighbourhood, shape (n, 2);
             negative values stay negative.
     """
-    wanted = most / _UNITS
+    wanted = limit / _UNITS
     single = (wanted * (1.0 + 1e-7)).astype(np.float32).astype(np.float64)
     return np.where(np.abs(wanted) < _SMALLEST, 0.0, single)
 

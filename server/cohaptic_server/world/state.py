@@ -85,8 +85,8 @@ class Touch:
         fresh: Whether samples still arrive; a stale user's force is released.
         anchor: Point of the resting surface that the finger holds by friction [m]; None if it
             holds no point.
-        give: Displacement of the hand's model, or of the simulated hand, by forces [m]; None if the
-            client tells none.
+        deflection: Displacement of the hand's model, or of the simulated hand, by forces [m]; None
+            if the client tells none.
         own_model: The hand itself, of a client that simulates it and moves no models of others.
     """
 
@@ -99,7 +99,7 @@ class Touch:
     arrived: float
     fresh: bool = True
     anchor: Vec3 | None = None
-    give: float | None = None
+    deflection: float | None = None
     own_model: HandModel | None = None
 
     @property
@@ -110,7 +110,7 @@ class Touch:
     @property
     def moves_models(self) -> bool:
         """Whether the client moves models of the other hands."""
-        return self.give is not None and self.own_model is None
+        return self.deflection is not None and self.own_model is None
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,20 +165,20 @@ class Release:
     Args:
         user: Number of the user whose force it was.
         press: Contact and force when the probe jumped.
-        share: Share of that force that the body still carries, 1 to 0.
+        fraction: Share of that force that the body still carries, 1 to 0.
     """
 
     user: int
     press: Press
-    share: float
+    fraction: float
 
     def faded(self) -> Press:
         """Return the press with the force that the body still carries."""
         tangential = self.press.tangential
         return Press(
             self.press.contact,
-            self.share * self.press.force,
-            None if tangential is None else self.share * tangential,
+            self.fraction * self.press.force,
+            None if tangential is None else self.fraction * tangential,
         )
 
 

@@ -88,9 +88,9 @@ class Observed:
         """Return the displacement of one user's free surface beyond its window."""
         first, last = self.spans[i : i + 2].tolist()
         free = FreeField(self.response, self.forces[first:last], slice(first, last))
-        if self.shown is None or (share := float(self.shown[i, 3])) == 1.0:
+        if self.shown is None or (fraction := float(self.shown[i, 3])) == 1.0:
             return free
-        return FlatterField(free, self.shown[i, :3], share)
+        return FlatterField(free, self.shown[i, :3], fraction)
 
 
 class Hand(NamedTuple):

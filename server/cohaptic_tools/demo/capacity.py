@@ -81,14 +81,14 @@ class Machine:
         costs = PLAIN if self.why_plain else COMPILED
         return self.unit * costs.cores(users, hz) / (self.cores * self.free)
 
-    def bears(self, hz: float, share: float = _ON_TIME) -> int:
+    def bears(self, hz: float, fraction: float = _ON_TIME) -> int:
         """Return the largest number of hands whose forces come on time; 0 if not even two do.
 
         Args:
             hz: Ticks per second.
-            share: Share of the free processor time that they may take.
+            fraction: Share of the free processor time that they may take.
         """
-        fitting = (n for n in range(MAX_USERS, MIN_USERS - 1, -1) if self.load(n, hz) <= share)
+        fitting = (n for n in range(MAX_USERS, MIN_USERS - 1, -1) if self.load(n, hz) <= fraction)
         return next(fitting, 0)
 
 
@@ -109,11 +109,11 @@ def rate_for(machine: Machine, users: int, hz: float | None) -> tuple[float, str
     bears = machine.bears(rate)
     few = f"{bears} at {rate:g} Hz" if bears else f"fewer than {MIN_USERS} at {rate:g} Hz"
     idle = replace(machine, free=1.0)
-    most = max(MIN_USERS, idle.bears(rate, share=1.0))
-    if users > most:
+    largest = max(MIN_USERS, idle.bears(rate, fraction=1.0))
+    if users > largest:
         on_time = f"{idle.bears(rate)} of them on time"
         raise SettingError(
-            "number of users", users, f"at most {most} at {rate:g} Hz on this machine, {on_time}"
+            "number of users", users, f"at most {largest} at {rate:g} Hz on this machine, {on_time}"
         )
     words: list[str] = []
     if machine.why_plain:

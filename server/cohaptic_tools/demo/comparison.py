@@ -229,8 +229,8 @@ def _presses(
     expected = reference(scene, body, pressed=True)
     ends = [measured(stretch) for stretch in pressed]
     felt, force = mean_over(timeline.felt, ends), mean_over(timeline.force, ends)
-    share = np.abs(felt - expected.felt_from_others)
-    share /= np.maximum(np.abs(expected.felt_from_others), LEAST)
+    fraction = np.abs(felt - expected.felt_from_others)
+    fraction /= np.maximum(np.abs(expected.felt_from_others), LEAST)
 
     try:
         true = without_network(scene, body) if windows else []
@@ -246,7 +246,7 @@ def _presses(
 
     found_late = _median(delays, windows, scene.users)
     found_late[0] = UNKNOWN  # the first hand makes the change and has no delay
-    found = (felt, expected.felt_from_others, share, force, expected.force)
+    found = (felt, expected.felt_from_others, fraction, force, expected.force)
     return _rows(found, found_late, np.full(scene.users, math.nan))
 
 

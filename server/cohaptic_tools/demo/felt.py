@@ -20,7 +20,7 @@ from cohaptic_server.numeric import Floats
 
 # Forces with which hands press in a demonstration: enough to be noticed, and half of what the
 # device of a simulated hand can render.
-LEAST_PRESS, MOST_PRESS = 0.5, 5.0  # N
+LEAST_PRESS, MAX_PRESS = 0.5, 5.0  # N
 # Least part of its force that a hand feels of the other: four times the smallest change that it
 # perceives (`lateness.LEAST`).
 FELT = 0.2  # N
@@ -28,7 +28,7 @@ FELT = 0.2  # N
 # feels softer, and its force is not that of the equilibrium.
 RENDERED = 2000.0  # N/m
 _MARGIN = 1.5  # of a prediction: contacts slide, and rubber gives way
-_HARDLY = 0.95  # share of `MOST_PRESS` that is predicted at most
+_HARDLY = 0.95  # share of `MAX_PRESS` that is predicted at most
 
 
 class PairForces(NamedTuple):
@@ -51,7 +51,7 @@ class PairForces(NamedTuple):
     @property
     def is_felt(self) -> bool:
         """Whether both hands of one pair press with a force in the range and feel each other."""
-        return bool(self.enough >= 1.0 and self.force.max() <= MOST_PRESS)
+        return bool(self.enough >= 1.0 and self.force.max() <= MAX_PRESS)
 
 
 def expected(first: Floats, between: Floats, second: Floats) -> PairForces:
@@ -75,7 +75,7 @@ def expected(first: Floats, between: Floats, second: Floats) -> PairForces:
     return PairForces(force, np.abs(force - np.maximum(0.0, below)))
 
 
-def fitting_depth(per_metre: PairForces, plain: Floats, dent: float, most: float) -> Floats:
+def fitting_depth(per_metre: PairForces, plain: Floats, dent: float, limit: float) -> Floats:
     """Return depths of the first hand at which both hands feel each other, if there are any [m].
 
     Args:
@@ -83,14 +83,14 @@ def fitting_depth(per_metre: PairForces, plain: Floats, dent: float, most: float
         plain: Depths that the places allow anyway, shape (...) [m].
         dent: Largest depth of the first hand's tip below the resting surface at which the hands may
             press to feel each other; a hand yields too, so that it wants to be deeper [m].
-        most: Largest depth that a hand may want to be at [m].
+        limit: Largest depth that a hand may want to be at [m].
 
     Returns:
         The plain depth or, if that is not enough and a larger one is allowed, the larger one; at
-        most a depth at which a hand presses with nearly `MOST_PRESS`, shape (...) [m].
+        most a depth at which a hand presses with nearly `MAX_PRESS`, shape (...) [m].
     """
     needed = _MARGIN / np.maximum(per_metre.enough, 1e-12)
     tip = np.maximum(1.0 - per_metre.force[0] / Hand().stiffness, 1e-12)
     deep = np.maximum(plain, np.minimum(needed, dent / tip))
-    hardest = _HARDLY * MOST_PRESS / per_metre.force.max(axis=0)
-    return np.asarray(np.minimum(np.minimum(deep, most), hardest))
+    hardest = _HARDLY * MAX_PRESS / per_metre.force.max(axis=0)
+    return np.asarray(np.minimum(np.minimum(deep, limit), hardest))

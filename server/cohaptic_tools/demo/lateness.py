@@ -27,12 +27,12 @@ class Late(NamedTuple):
     Args:
         onset: Delay of a tenth of the change.
         half: Largest delay of any level up to half of the change.
-        most: Largest delay of any level up to nine tenths of it.
+        limit: Largest delay of any level up to nine tenths of it.
     """
 
     onset: float
     half: float
-    most: float
+    limit: float
 
 
 UNKNOWN = Late(math.nan, math.nan, math.nan)
@@ -67,8 +67,8 @@ def passed(t: Floats, force: Floats, least: float = LEAST) -> Floats:
     change = float(smooth[t >= t[-1] - _REST].mean()) - start
     if not abs(change) >= least:
         return np.full(len(LEVELS), math.nan)
-    share = (smooth - start) / change
-    return np.array([_first(t, share, float(level)) for level in LEVELS])
+    fraction = (smooth - start) / change
+    return np.array([_first(t, fraction, float(level)) for level in LEVELS])
 
 
 def _first(t: Floats, values: Floats, limit: float) -> float:

@@ -55,10 +55,10 @@ _MAX_DEPTH = 0.6  # largest depth of a press over the thickness of the body at t
 # A thin wall yields as a whole, so that a hand may press deeper than the wall is thick: until hands
 # feel each other, but at most by this share of `SurfaceMesh.size`. Without this rule two hands on a
 # bottle's wall of 1.2 mm felt 3 mN.
-_MAX_SHARE = 0.15
+_MAX_FRACTION = 0.15
 
 
-def _silent(share: float) -> None:
+def _silent(fraction: float) -> None:
     """Ignore the completed fraction; the default for a progress callback."""
 
 
@@ -223,7 +223,7 @@ def _coupling(body: Body, pressed: Ints, felt: Ints) -> tuple[Floats, Floats]:
 
 def _depth(pairs: PairForces, under: Floats, mesh: SurfaceMesh) -> Floats:
     """Return the depth of the first hand of each pair, from the thickness at its places [m]."""
-    return fitting_depth(pairs, _plain(under), _MAX_SHARE * mesh.size, PRESS_DEPTH)
+    return fitting_depth(pairs, _plain(under), _MAX_FRACTION * mesh.size, PRESS_DEPTH)
 
 
 def _plain(under: Floats) -> Floats:
@@ -238,7 +238,7 @@ def placement_at(body: Body, chosen: Ints, under: float, *, felt: bool = False) 
         chosen: Vertex of each hand, shape (users,); the first hand presses.
         under: Thickness of the body under these vertices, the least of them [m].
         felt: Whether the depth is such that the first two hands feel each other: up to
-            `_MAX_SHARE` of the body's size where it is thin, and less where they press too hard.
+            `_MAX_FRACTION` of the body's size where it is thin, and less where they press too hard.
     """
     C = body.respond([_press(body, int(k)) for k in chosen]).compliance
     x, inward = body.mesh.vertices[chosen], -body.mesh.normals[chosen]

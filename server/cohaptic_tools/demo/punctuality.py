@@ -26,7 +26,7 @@ class Blame(Enum):
 
 # Share of a stretch that shows as well as all of it whether a force swings: what is left out is
 # shorter than the transient of a press, with which every stretch begins.
-_MOST_OF = 0.8
+_MAX_OF = 0.8
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +87,7 @@ def part_on_time(
         period: Simulation period [s].
 
     Returns:
-        Interval of indices; None if it is shorter than `_MOST_OF` of the stretch.
+        Interval of indices; None if it is shorter than `_MAX_OF` of the stretch.
     """
     start, end = float(t[stretch.start]), float(t[stretch.stop - 1])
     spans = sorted(span for r in recordings for span in _late_spans(r, start, end, period))
@@ -98,7 +98,7 @@ def part_on_time(
         at = max(at, int(np.searchsorted(t, over)) + 1)
     parts.append(slice(at, stretch.stop))
     longest = max(parts, key=_length)
-    return longest if _length(longest) >= _MOST_OF * _length(stretch) else None
+    return longest if _length(longest) >= _MAX_OF * _length(stretch) else None
 
 
 def _late_spans(
@@ -139,7 +139,7 @@ def _length(part: slice) -> int:
     return int(part.stop) - int(part.start)
 
 
-def most(found: Sequence[Lateness]) -> Lateness:
+def limit(found: Sequence[Lateness]) -> Lateness:
     """Return the largest patch lateness and the longest stall of several intervals or users."""
     return Lateness(
         max((late.patch for late in found), default=0.0),

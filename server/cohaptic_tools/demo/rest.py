@@ -19,7 +19,7 @@ from cohaptic_server.numeric import Floats
 
 # A force counts as at rest if it varies by no more than the larger of these, peak to peak.
 RIPPLE = 0.02  # N; below the perception threshold of a fingertip
-RIPPLE_SHARE = 0.01  # fraction of the force
+RIPPLE_FRACTION = 0.01  # fraction of the force
 DYING = 0.9  # largest ratio of successive swings in a decaying oscillation
 AT_LIMIT = 0.999  # fraction of the device's largest force
 
@@ -40,7 +40,8 @@ def judge(
 ) -> list[Rest | None]:
     """Return a verdict on each hand's force; None if there is no stretch to judge from.
 
-    In the measured part of a stretch a force at rest varies by at most `RIPPLE` or `RIPPLE_SHARE`
+    In the measured part of a stretch a force at rest varies by at most `RIPPLE` or
+    `RIPPLE_FRACTION`
     of itself peak to peak, drift included. A force that varies more is slow if it changes
     monotonically or its oscillation decays, and unstable otherwise. The worst stretch counts.
 
@@ -103,7 +104,7 @@ def judge_stretch(force: Floats, end: Floats) -> Rest:
         force: Force in the stretch, shape (n,) [N].
         end: Force in the measured part of the stretch, shape (m,) [N].
     """
-    allowed = max(RIPPLE, RIPPLE_SHARE * abs(float(end.mean())))
+    allowed = max(RIPPLE, RIPPLE_FRACTION * abs(float(end.mean())))
     if np.ptp(end) <= allowed:
         return Rest.RESTS
     # The first half is left out: it contains the transient of the press.

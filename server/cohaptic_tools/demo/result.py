@@ -26,7 +26,7 @@ from cohaptic_tools.demo.punctuality import (
     Lateness,
     in_stretches,
     lateness,
-    most,
+    limit,
     part_on_time,
 )
 from cohaptic_tools.demo.rest import Rest, judge, reaches_limit, worst
@@ -192,7 +192,7 @@ def evaluate(
             rests[i],
             k_h=float(timeline.columns["k_h"][i, -1]) if timeline.t.size else 0.0,
             patch_hz=patch_rate(timeline, i),
-            late=most(late[i]),
+            late=limit(late[i]),
             punctual=always,
         )
         for i, name in enumerate(scene.names)
@@ -217,7 +217,7 @@ def evaluate(
 def _always_on_time(scene: Scene, loaded: Sequence[Recording]) -> bool:
     """Return whether everything came on time in all of the demonstration, also while hands move."""
     period = 1.0 / scene.simulation_hz
-    whole = most([lateness(recording, -math.inf, math.inf, period) for recording in loaded])
+    whole = limit([lateness(recording, -math.inf, math.inf, period) for recording in loaded])
     return whole.blame(period, scene.link.wavers) is None
 
 
@@ -231,7 +231,7 @@ def _late(
     period = 1.0 / scene.simulation_hz
     late = in_stretches(loaded, timeline.t, held or [slice(0, timeline.t.size)], period)
     return late, [
-        most(of_all).blame(period, scene.link.wavers) for of_all in zip(*late, strict=True)
+        limit(of_all).blame(period, scene.link.wavers) for of_all in zip(*late, strict=True)
     ]
 
 
@@ -306,7 +306,7 @@ def _user(
         round_trip_ms=1e3 * status.round_trip,
         felt_onset_ms=_known(1e3 * compared.late.onset),
         felt_delay_ms=_known(1e3 * compared.late.half),
-        felt_most_ms=_known(1e3 * compared.late.most),
+        felt_most_ms=_known(1e3 * compared.late.limit),
         patch_hz=_known(patch_hz),
         patch_late_ms=_known(1e3 * late.patch),
         loop_stall_ms=_known(1e3 * late.stall),

@@ -14,7 +14,7 @@ from cohaptic_server.objects.cost import Demand
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.progress import Progress
 from cohaptic_server.touchable import BALLOON, names
-from cohaptic_tools.demo.felt import FELT, LEAST_PRESS, MOST_PRESS
+from cohaptic_tools.demo.felt import FELT, LEAST_PRESS, MAX_PRESS
 from cohaptic_tools.demo.places import place_hands
 from cohaptic_tools.demo.scene import Scene
 from cohaptic_tools.demo.settled import Placement
@@ -83,7 +83,7 @@ def set_up(
             elastic,
             elastic.shape.held,
             scene.users,
-            lambda share: progress("places for the hands", share),
+            lambda fraction: progress("places for the hands", fraction),
         )
     origin = elastic.mesh.origin
     scene = replace(scene, places=placement.places, depth=placement.depth, origin=origin)
@@ -116,7 +116,7 @@ def _felt_words(placement: Placement, names: tuple[str, ...]) -> str:
     best = f"the best: {forces}" if pair.force.any() else "hands slide off those that were tried"
     return (
         "No two places were found at which hands press with"
-        f" {LEAST_PRESS:g} to {MOST_PRESS:g} N and feel {FELT:g} N of each other; {best}."
+        f" {LEAST_PRESS:g} to {MAX_PRESS:g} N and feel {FELT:g} N of each other; {best}."
         " Hold another part of it (--fix), or take another softness (--young)."
     )
 

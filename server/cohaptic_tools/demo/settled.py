@@ -17,7 +17,7 @@ from cohaptic.simulated.hand import Place
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import vertex_compliance
 from cohaptic_server.world.equilibrium import Equilibrium
-from cohaptic_tools.demo.felt import MOST_PRESS, RENDERED, PairForces
+from cohaptic_tools.demo.felt import MAX_PRESS, RENDERED, PairForces
 from cohaptic_tools.demo.scene import Scene, reference
 
 # Distance in contact radii, 12 mm for a finger: a hand further away from its place has slid off,
@@ -78,17 +78,17 @@ def first_that_rests(
     remaining = list(placements[:_TRIED])
     tried = len(remaining) * len(_DEPTHS)
     best: Placement | None = None
-    for k, share in enumerate(_DEPTHS):
+    for k, fraction in enumerate(_DEPTHS):
         for j, placement in enumerate(tuple(remaining)):
             progress(k / len(_DEPTHS) + j / tried)
-            found = at_rest(body, replace(placement, depth=share * placement.depth))
+            found = at_rest(body, replace(placement, depth=fraction * placement.depth))
             if found is None:
                 continue
             if found.pair.is_felt:
                 return found
             if best is None or found.pair.enough > best.pair.enough:
                 best = found
-            if found.pair.force.max() <= MOST_PRESS:
+            if found.pair.force.max() <= MAX_PRESS:
                 remaining.remove(placement)  # a press that is less deep is felt less
     if best is not None:
         return best

@@ -25,7 +25,7 @@ from cohaptic_server.mesh.tetrahedra import EDGES, TetMesh, gradients, volumes
 from cohaptic_server.mesh.thin_parts import is_smooth, thickness
 from cohaptic_server.numeric import Floats
 from cohaptic_server.objects.build import Built
-from cohaptic_server.objects.cost import SHARE_OF_PERIOD, Demand
+from cohaptic_server.objects.cost import FRACTION_OF_PERIOD, Demand
 from cohaptic_server.objects.inertia.inertia import WATER
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.objects.parts.parts import Parts
@@ -266,7 +266,7 @@ class Inspection:
 
     def _slow(self) -> str:
         """Return advice if ticks take too long for the users; empty if they do not."""
-        allowed = SHARE_OF_PERIOD / self.hz
+        allowed = FRACTION_OF_PERIOD / self.hz
         if self.cost.ticks[1] < allowed:
             return ""
         return (
@@ -290,7 +290,7 @@ def inspect_object(
     source: ObjectFile,
     built: Built,
     clock: Clock,
-    progress: Callable[[str, float], None] = lambda phase, share: None,
+    progress: Callable[[str, float], None] = lambda phase, fraction: None,
     demand: Demand | None = None,
 ) -> Inspection:
     """Measure the properties of an object.
@@ -317,7 +317,7 @@ def inspect_object(
     stiffness = np.where(fixed, np.inf, 1.0 / np.where(fixed, 1.0, compliance))
     progress("lowest natural frequency", 0.0)
     frequency = lowest_frequency(
-        shape, each, lambda share: progress("lowest natural frequency", share)
+        shape, each, lambda fraction: progress("lowest natural frequency", fraction)
     )
     progress("cost of a tick", 0.0)
     # At an edge or a tip the distance to the opposite side does not measure the thickness.
@@ -387,8 +387,8 @@ def _place(origin: Vec3) -> list[tuple[str, str]]:
 
 
 def _held(shape: SolidShape) -> str:
-    share = float(shape.fixed[shape.surface].mean())
-    return f"{int(shape.fixed.sum()):,} nodes, {share:.0%} of the vertices of the surface"
+    fraction = float(shape.fixed[shape.surface].mean())
+    return f"{int(shape.fixed.sum()):,} nodes, {fraction:.0%} of the vertices of the surface"
 
 
 def _bytes(count: float) -> str:

@@ -51,7 +51,7 @@ _FINE = 40_000  # triangles; a coarser surface is subdivided for smooth shading
 _ENDS = (2.0, 98.0)  # percentiles of the stiffness at the ends of the colour scale
 # Largest half-width of a view over that of the object. What of a surface lies beyond is cut off,
 # since a large one would leave a dot of the object.
-_MOST_BESIDE = 1.6
+_MAX_BESIDE = 1.6
 _ARM = 0.11  # length of the arms of a cross with letters, as a share of a view's half-width
 _LEAST_ARM = 0.5  # of its full length; a shorter arm points at the eye, and has no letters
 
@@ -96,8 +96,8 @@ def draw(
         ) from error
     low, high = np.percentile(stiffness[~fixed], _ENDS)
     norm = LogNorm(low, max(high, 1.05 * low), clip=True)
-    shares = np.asarray(norm(np.where(fixed, high, stiffness)), dtype=np.float64)
-    colors: Floats = np.array(colormaps["viridis"](shares), dtype=np.float64)[:, :3]
+    fractions = np.asarray(norm(np.where(fixed, high, stiffness)), dtype=np.float64)
+    colors: Floats = np.array(colormaps["viridis"](fractions), dtype=np.float64)[:, :3]
     colors[fixed] = _FIXED_COLOR
     x, faces, normals, colors = _subdivided(mesh, colors)
     figure = Figure(figsize=(10.0, 7.4), facecolor="white")
@@ -127,7 +127,7 @@ def _views(
     middle = 0.5 * (x.min(axis=0) + x.max(axis=0))
     size = _half_width(x - middle)
     if holding is not None:
-        size = max(size, min(_half_width(holding[0] - middle), _MOST_BESIDE * size))
+        size = max(size, min(_half_width(holding[0] - middle), _MAX_BESIDE * size))
     size *= _MARGIN
     for k, (name, azimuth, elevation) in enumerate(_VIEWS):
         axes = figure.add_axes((0.01 + 0.43 * (k % 2), 0.465 - 0.415 * (k // 2), 0.42, 0.41))

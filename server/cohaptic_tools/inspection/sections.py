@@ -128,8 +128,8 @@ def section(tets: TetMesh, axis: int, at: float) -> tuple[list[Floats], Ints]:
         points: list[Floats] = []
         for a, b in EDGES:
             if sides[a] != sides[b]:
-                share = (at - corners[a, axis]) / (corners[b, axis] - corners[a, axis])
-                points.append(corners[a] + share * (corners[b] - corners[a]))
+                fraction = (at - corners[a, axis]) / (corners[b, axis] - corners[a, axis])
+                points.append(corners[a] + fraction * (corners[b] - corners[a]))
         polygon = np.array(points)
         off = (polygon - polygon.mean(axis=0))[:, others]
         polygons.append(polygon[np.argsort(np.arctan2(off[:, 1], off[:, 0]))])

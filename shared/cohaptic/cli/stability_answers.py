@@ -13,7 +13,7 @@ import numpy as np
 
 from cohaptic.control.law import Law
 from cohaptic.control.stability.lag_choice import (
-    SHARE,
+    FRACTION,
     coupling_matrix,
     coupling_radius,
     lag_needed,
@@ -245,7 +245,7 @@ def room(
     needed = lag_needed(m, longest)
     if lag is None:
         # Without delays and with m >= 1 every lag above 0 is stable, but 0 is not: use one period.
-        lag = needed / SHARE if needed > 0.0 or m < 1.0 else sim_period
+        lag = needed / FRACTION if needed > 0.0 or m < 1.0 else sim_period
     elif not 0.0 <= lag <= MAX_LAG:
         raise SettingError("lag", f"{lag:g} s", f"from 0 to {MAX_LAG:g} s")
     rate, edge = growth(S, T, lag), margin(m, longest, lag)
@@ -282,8 +282,8 @@ def each(
         raise SettingError(f"{name}", f"of shape {values.shape}", limit)
     low, high = limits
     full = np.broadcast_to(values, (n,)).astype(np.float64)
-    for i, (value, most) in enumerate(zip(full.tolist(), high.tolist(), strict=True)):
-        if not low <= value <= most * (1.0 + 1e-9):
-            limit = f"from {low:g} to {most:.6g} {unit}{why}"
+    for i, (value, largest) in enumerate(zip(full.tolist(), high.tolist(), strict=True)):
+        if not low <= value <= largest * (1.0 + 1e-9):
+            limit = f"from {low:g} to {largest:.6g} {unit}{why}"
             raise SettingError(f"{name} of user {i + 1}", f"{value:.6g} {unit}", limit)
     return full

@@ -45,7 +45,7 @@ class FrictionState(NamedTuple):
         material: Displacement of the material under the contact that the other users cause, as far
             as the force has followed that displacement [m].
         touching: Whether there was contact in the last period.
-        share: Ratio of the contact's stiffness to the body's; below 1 if the device is softer.
+        fraction: Ratio of the contact's stiffness to the body's; below 1 if the device is softer.
         stiffness: Stiffness of the contact in its stiffest direction along the surface [N/m].
         slips: Whether the tip slid over the material in the last period.
     """
@@ -54,7 +54,7 @@ class FrictionState(NamedTuple):
     force: Vec3 = ZERO
     material: Vec3 = ZERO
     touching: bool = False
-    share: float = 1.0
+    fraction: float = 1.0
     stiffness: float = 0.0
     slips: bool = False
 
@@ -81,7 +81,7 @@ def is_definite(C: Compliance3) -> bool:
 
 # Least ratio of a definite C's determinant to the product of its diagonal: above the rounding of
 # the doubles in which it is computed, and below 2.7e-7, the least that the server sends with an
-# eigenvalue of 1e-4 of the trace (`loads.MIN_EIGENVALUE_SHARE`).
+# eigenvalue of 1e-4 of the trace (`loads.MIN_EIGENVALUE_FRACTION`).
 _ROUNDING = 1e-9
 
 
@@ -151,14 +151,14 @@ def wedging(mu: float, normal: Vec3, C: Compliance3, k_h: float) -> float:
     return min(_WEDGE, mu * lift * min(k_h, 1.0 / along) if along > 0.0 else _WEDGE)
 
 
-def follow_material(state: FrictionState, material: Vec3, most: float) -> tuple[Vec3, Vec3]:
+def follow_material(state: FrictionState, material: Vec3, max_change: float) -> tuple[Vec3, Vec3]:
     """Compute how far the anchor follows the material that other users displace (science 3.10).
 
     Args:
         state: State after the last period.
         material: Present displacement of the material that the other users cause [m].
-        most: Largest displacement of the anchor in this period, so that the force of a contact at
-            rest has no step [m].
+        max_change: Largest displacement of the anchor in this period, so that the force of a
+            contact at rest has no step [m].
 
     Returns:
         Displacement of the anchor in this period, and the part of `material` that the anchor has
@@ -168,8 +168,8 @@ def follow_material(state: FrictionState, material: Vec3, most: float) -> tuple[
         return ZERO, material
     gap = sub(material, state.material)
     size = norm(gap)
-    if size > most:
-        gap = scale(gap, most / size)
+    if size > max_change:
+        gap = scale(gap, max_change / size)
     return gap, add(state.material, gap)
 
 
@@ -205,9 +205,9 @@ def friction_step(
     normal_force: float,
     C: Compliance3,
     mu: float,
-    share: float,
+    fraction: float,
     max_stiffness: float,
-    most: float,
+    max_change: float,
 ) -> FrictionState:
     """Compute the next period of Coulomb friction: stick or slip, with the full compliance.
 
@@ -219,15 +219,16 @@ def friction_step(
         normal_force: Normal force f_n on the hand [N]; 0 ends the contact.
         C: Contact compliance [m/N].
         mu: Coefficient of friction.
-        share: Ratio of the law's stiffness to the body's, K_h C_ii (science 3.3).
+        fraction: Ratio of the law's stiffness to the body's, K_h C_ii (science 3.3).
         max_stiffness: Largest stiffness that the device renders stably, applied to every tangential
             direction [N/m].
-        most: Largest change of the friction force that other users may cause in this period [N].
+        max_change: Largest change of the friction force that other users may cause in this period
+            [N].
 
     Returns:
         State after this period; `NO_FRICTION` without contact.
     """
-    if normal_force <= 0.0 or mu <= 0.0 or share <= 0.0:
+    if normal_force <= 0.0 or mu <= 0.0 or fraction <= 0.0:
         return NO_FRICTION
     one, two = tangents(normal)
     along_n = times(C, scale(normal, normal_force))
@@ -245,15 +246,17 @@ def friction_step(
     # Compliance of the stiffest direction, computed from the larger eigenvalue to avoid
     # cancellation.
     stiffest = det / (0.5 * (c11 + c22) + math.hypot(0.5 * (c11 - c22), c12))
-    share = min(share, max_stiffness * stiffest)
+    fraction = min(fraction, max_stiffness * stiffest)
     held = norm(state.force)
     if state.touching and held > 0.0:
-        # A change of the gain also changes the friction force, by at most half of `most`.
-        reach = 0.5 * most / held
-        share = min(max(share, state.share * (1.0 - reach)), state.share * (1.0 + reach))
+        # A change of the gain also changes the friction force, by at most half of `max_change`.
+        reach = 0.5 * max_change / held
+        fraction = min(
+            max(fraction, state.fraction * (1.0 - reach)), state.fraction * (1.0 + reach)
+        )
         # A value below 0, even by rounding, would make the anchor follow the material backwards.
-        most = max(0.0, most - held * abs(share / state.share - 1.0))
-    carried, followed = follow_material(state, material, most * stiffest / share)
+        max_change = max(0.0, max_change - held * abs(fraction / state.fraction - 1.0))
+    carried, followed = follow_material(state, material, max_change * stiffest / fraction)
     stretch = state.stretch
     if not state.touching:
         # Friction starts from zero: the tip did not stick while the normal force began.
@@ -262,17 +265,19 @@ def friction_step(
     # Coordinates in the present tangent plane, since the surface turns under the tip.
     s1, s2 = dot(way, one), dot(way, two)
     r1, r2 = s1 + b1, s2 + b2
-    f1 = -share * (c22 * r1 - c12 * r2) / det
-    f2 = -share * (c11 * r2 - c12 * r1) / det
+    f1 = -fraction * (c22 * r1 - c12 * r2) / det
+    f2 = -fraction * (c11 * r2 - c12 * r1) / det
     size, limit = math.hypot(f1, f2), mu * normal_force
     if size > limit:
         # Slip: the contact point follows the tip until the limited friction can hold it.
         f1, f2 = f1 * limit / size, f2 * limit / size
-        s1 = -(c11 * f1 + c12 * f2) / share - b1
-        s2 = -(c12 * f1 + c22 * f2) / share - b2
+        s1 = -(c11 * f1 + c12 * f2) / fraction - b1
+        s2 = -(c12 * f1 + c22 * f2) / fraction - b2
     stretch = add(scale(one, s1), scale(two, s2))
     force = add(scale(one, f1), scale(two, f2))
-    return FrictionState(stretch, force, followed, True, share, share / stiffest, size > limit)
+    return FrictionState(
+        stretch, force, followed, True, fraction, fraction / stiffest, size > limit
+    )
 
 
 # Largest part, as a ratio, of the normal force's indentation that friction may cancel along the

@@ -30,18 +30,18 @@ class HandModel(NamedTuple):
 USUAL_HAND: Final = HandModel(0.15, 8.0, 400.0)
 
 
-class Give(NamedTuple):
+class Deflection(NamedTuple):
     """Displacement of a model, out of the body [m], and its velocity [m/s]."""
 
     y: float = 0.0
     v: float = 0.0
 
 
-def give_way(give: Give, model: HandModel, force: float, dt: float) -> Give:
+def deflect(deflection: Deflection, model: HandModel, force: float, dt: float) -> Deflection:
     """Return a model's displacement after a time under a force.
 
     Args:
-        give: Displacement and velocity before.
+        deflection: Displacement and velocity before.
         model: Model of the hand.
         force: Force on the hand, out of the body [N].
         dt: Time [s].
@@ -50,9 +50,9 @@ def give_way(give: Give, model: HandModel, force: float, dt: float) -> Give:
     # The damping acts on the new velocity, so that no damping makes a period unstable, and no mass
     # is too light for its spring.
     mass = max(model.mass, model.stiffness * dt * dt)
-    v = give.v + dt / mass * (force - model.stiffness * give.y)
+    v = deflection.v + dt / mass * (force - model.stiffness * deflection.y)
     v /= 1.0 + dt * model.damping / mass
-    return Give(give.y + dt * v, v)
+    return Deflection(deflection.y + dt * v, v)
 
 
 # Rounds in which the hands at no bound are sought. From the forces of the last period on, the first
@@ -67,7 +67,7 @@ _ROUNDING: Final = 1e-9
 def contact_forces(
     C: Sequence[Sequence[float]],
     depth: Sequence[float],
-    most: Sequence[float],
+    limit: Sequence[float],
     start: Sequence[float],
 ) -> list[float]:
     """Return the force of each of n hands: C f = x within 0 and each hand's largest force [N].
@@ -78,7 +78,7 @@ def contact_forces(
     Args:
         C: Compliance between contacts, with that of each hand's device, shape (n, n) [m/N].
         depth: Depth x of each hand below the surface without any force, shape (n,) [m].
-        most: Largest force of each hand, shape (n,) [N].
+        limit: Largest force of each hand, shape (n,) [N].
         start: Forces to begin with, shape (n,) [N].
     """
     forces, n = list(start), len(depth)
@@ -88,9 +88,9 @@ def contact_forces(
                 row, rest = C[i], depth[i]
                 for j in range(n):
                     rest -= row[j] * forces[j]
-                force = min(most[i], forces[i] + rest / row[i])
+                force = min(limit[i], forces[i] + rest / row[i])
                 forces[i] = force if force > 0.0 else 0.0  # NaN, too
-        free = [i for i in range(n) if 0.0 < forces[i] < most[i]]
+        free = [i for i in range(n) if 0.0 < forces[i] < limit[i]]
         rest_of = [depth[i] - sum([C[i][j] * forces[j] for j in range(n)]) for i in free]
         change = solved([[C[i][j] for j in free] for i in free], rest_of)
         for i, by in zip(free, change, strict=True):
@@ -100,19 +100,19 @@ def contact_forces(
             rest = depth[i] - sum([C[i][j] * forces[j] for j in range(n)])
             off = _ROUNDING * C[i][i]
             if i in free:
-                solved_all = solved_all and -_ROUNDING <= forces[i] <= most[i] + _ROUNDING
+                solved_all = solved_all and -_ROUNDING <= forces[i] <= limit[i] + _ROUNDING
             elif forces[i] > 0.0:  # at its largest, where it would rather be larger
                 solved_all = solved_all and rest >= -off
             else:
                 solved_all = solved_all and rest <= off
-        forces = [min(most[i], forces[i]) if forces[i] > 0.0 else 0.0 for i in range(n)]
+        forces = [min(limit[i], forces[i]) if forces[i] > 0.0 else 0.0 for i in range(n)]
         if solved_all:
             break
     return forces
 
 
 def stiffness(
-    C: Sequence[Sequence[float]], forces: Sequence[float], most: Sequence[float]
+    C: Sequence[Sequence[float]], forces: Sequence[float], limit: Sequence[float]
 ) -> list[float]:
     """Return the change of the first hand's force per change of each hand's depth, (n,) [N/m].
 
@@ -121,10 +121,10 @@ def stiffness(
     Args:
         C: As for `contact_forces`.
         forces: Its result.
-        most: As for `contact_forces`.
+        limit: As for `contact_forces`.
     """
     found = [0.0] * len(forces)
-    free = [i for i in range(len(forces)) if 0.0 < forces[i] < most[i]]
+    free = [i for i in range(len(forces)) if 0.0 < forces[i] < limit[i]]
     if not free or free[0] != 0:
         return found
     # A row of the inverse: the transposed matrix, from its last column on.
@@ -147,11 +147,11 @@ def solved(A: list[list[float]], b: list[float]) -> list[float]:
     n = len(b)
     for k in range(n - 1, 0, -1):  # from the last row up: the first one need not be symmetric
         for i in range(k):
-            share = A[i][k] / A[k][k]
-            if share != 0.0:
+            fraction = A[i][k] / A[k][k]
+            if fraction != 0.0:
                 for j in range(k):
-                    A[i][j] -= share * A[k][j]
-                b[i] -= share * b[k]
+                    A[i][j] -= fraction * A[k][j]
+                b[i] -= fraction * b[k]
     for k in range(n):
         for j in range(k):
             b[k] -= A[k][j] * b[j]

@@ -44,7 +44,7 @@ cdef class MeshFit:
                    length=double, bending=double, foot=double, deep=double,
                    v=double[::1])
     cpdef object at(self, double px, double py, double pz, double depth)
-    @cython.locals(square=double, share=double)
+    @cython.locals(square=double, fraction=double)
     cdef double below(self, double depth) noexcept
     @cython.locals(k=Py_ssize_t, at=Py_ssize_t, below=double, dx=double, dy=double, dz=double,
                    r=double, found=Py_ssize_t, v=double[::1])

@@ -218,8 +218,8 @@ class MeshFit:
         contact.
         """
         square = depth * depth
-        share = square / self.deepest
-        return square / math.sqrt(1.0 + share * share)
+        fraction = square / self.deepest
+        return square / math.sqrt(1.0 + fraction * fraction)
 
     def gather(self, px: float, py: float, pz: float, depth: float) -> None:
         """Fill `near` with the vertices that may get a weight while the probe stays near.

@@ -94,9 +94,9 @@ Beside = tuple[float, float, float, float, float, float, float]
 _NO_SURFACE: Error = (-1.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
-def smooth(share: float) -> float:
-    """Return the smooth step from 0 (`share` 0) to 1 (`share` 1), with zero slope at both ends."""
-    s = min(1.0, max(0.0, share))
+def smooth(fraction: float) -> float:
+    """Return the smooth step from 0 at 0 to 1 at 1, with zero slope at both ends."""
+    s = min(1.0, max(0.0, fraction))
     return s * s * (3.0 - 2.0 * s)
 
 
@@ -255,8 +255,8 @@ class MeshSurface:
             return sight
         trust, soft, depth_error, c_factor, tx, ty, tz = self._error.at(probe, rough)
         s *= trust
-        least, most = min(c_ii, sight.c_ii / _BESIDE), _BESIDE * sight.c_ii
-        c_here = min(max(c_ii * c_factor, least), most)
+        least, limit = min(c_ii, sight.c_ii / _BESIDE), _BESIDE * sight.c_ii
+        c_here = min(max(c_ii * c_factor, least), limit)
         n = sight.normal
         mixed = (
             n[0] + s * (nx + tx - n[0]),

@@ -17,7 +17,7 @@ from typing import Final
 # Share of the times at which the newest message may be too old for the playing time. A quantile
 # waits less than the largest age: one lost packet at a long round trip is ten times the jitter.
 # docs/measured.md, "Links that waver", has what is felt with it.
-SHARE: Final = 0.01
+FRACTION: Final = 0.01
 # s; an age counts for at least one window and at most two, some 300 messages each: of so many the
 # hundredth part is known to a half or so. Reasoned, not measured.
 WINDOW: Final = 5.0
@@ -83,7 +83,7 @@ class Ages:
             IndexError: There was no age yet.
         """
         ages = sorted((*self.recent, *self.before), reverse=True)
-        beyond = int(SHARE * (self.count + self.count_before))
+        beyond = int(FRACTION * (self.count + self.count_before))
         return min(ages[min(beyond, len(ages) - 1)], self.lowest + LONGEST)
 
 

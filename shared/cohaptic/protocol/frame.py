@@ -81,8 +81,8 @@ def check_vector(name: str, value: Vec3, limit: float, unit: str, *, remote: boo
     # One comparison accepts every valid value; a NaN fails it.
     if not norm(value) <= limit:
         check_finite(name, *value, remote=remote)
-        found, most = f"{norm(value):.4g} {unit}", f"<= {limit} {unit}"
-        raise _error(remote)(f"length of {name}", found, most, field=name.partition(" of ")[0])
+        found, largest = f"{norm(value):.4g} {unit}", f"<= {limit} {unit}"
+        raise _error(remote)(f"length of {name}", found, largest, field=name.partition(" of ")[0])
 
 
 def wrong(name: str, value: object, limit: str, *, remote: bool) -> ProtocolError:

@@ -66,8 +66,8 @@ CONTACT_SAMPLE: Final = Layout(
     Frame(
         FrameKind.CONTACT_SAMPLE,
         "client to server",
-        "bit 0: the `anchor` follows; bit 1: the `give` follows, behind it; bit 2, only with bit "
-        "1: the `own_model` follows, behind both",
+        "bit 0: the `anchor` follows; bit 1: the `deflection` follows, behind it; bit 2, only with "
+        "bit 1: the `own_model` follows, behind both",
         "others 0",
     ),
 )
@@ -83,12 +83,12 @@ ANCHOR: Final = Layout(
     ),
 )  # fmt: skip
 
-GIVE: Final = Layout(
-    "give",
+DEFLECTION: Final = Layout(
+    "deflection",
     "Behind a contact sample of a client that moves models of the hands, or simulates its own.",
     (
         Field(
-            "give", "f32", 1, "m",
+            "deflection", "f32", 1, "m",
             "displacement of the model of this client's own hand, out of the body, by the forces "
             "on the hand before `t_client`",
             "+-10",
@@ -104,7 +104,7 @@ _MODEL = (
 
 OWN_MODEL: Final = Layout(
     "own_model",
-    "Behind the give of a client that simulates its own hand, and so knows it: the hand itself.",
+    "Behind the deflection of a client that simulates its own hand: the hand itself.",
     _MODEL,
 )
 
@@ -192,7 +192,7 @@ PARTNERS: Final = Layout(
             "weight", "f32", 1, "1",
             "share of the models' forces; the rest is that of the forces in this surface", "0..1",
         ),
-        Field("most", "f32", 1, "N", "largest force that the body takes of this client", "0..100"),
+        Field("max_force", "f32", 1, "N", "largest force of this client on the body", "0..100"),
         *_MODEL,
     ),
 )  # fmt: skip
@@ -205,14 +205,14 @@ PARTNER: Final = Layout(
         *_MODEL,
         Field(
             "intended", "f32", 1, "m",
-            "depth of its tip below the surface without any force, plus the `give` that it told",
+            "depth of its tip below the surface without any force, plus its `deflection`",
             "+-20",
         ),
-        Field("give", "f32", 1, "m", "the `give` that it told", "+-10"),
+        Field("deflection", "f32", 1, "m", "the `deflection` that its client reports", "+-10"),
         Field(
             "force", "f32", 1, "N", "of this hand along its normal, in this surface", "0..300"
         ),
-        Field("most", "f32", 1, "N", "largest force of this hand", "0..100"),
+        Field("max_force", "f32", 1, "N", "largest force of this hand", "0..100"),
         Field(
             "c_jj", "f32", 1, "m/N", "compliance of its contact and its device", "1e-6..10"
         ),
@@ -405,7 +405,7 @@ ACK: Final = Layout(
 )  # fmt: skip
 
 LAYOUTS: Final = (
-    CONTACT_SAMPLE, ANCHOR, GIVE, OWN_MODEL,
+    CONTACT_SAMPLE, ANCHOR, DEFLECTION, OWN_MODEL,
     PATCH, COMPLIANCE, PARTNERS, PARTNER, COUPLED, NEIGHBOURHOOD, NEIGHBOUR,
     REST_MESH, VERTEX, FACE, BOX,
     SCENE, USER, SURFACE,

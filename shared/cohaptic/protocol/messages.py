@@ -94,7 +94,7 @@ class Hello(WithSecrets):
         capabilities: Capabilities of the device, only shown to people. Not on the wire if None.
         wait: Whether the client waits for a seat if the room is full. Not on the wire if False.
         models: Whether the client moves models of the hands (science 3.15); patches then carry
-            partners, and samples the give. Not on the wire if False.
+            partners, and samples the deflection. Not on the wire if False.
         rules: Difference of the client's loop from the rules of this version. Not on the wire if
             None.
     """

@@ -62,8 +62,8 @@ class Neighbourhood:
         Raises:
             LocalProtocolError: A value is out of its limits.
         """
-        most = max((abs(u) for v in displacements for u in v), default=0.0)
-        scale, c_scale = cls.scales(most, max(c_ii, default=0.0))
+        largest = max((abs(u) for v in displacements for u in v), default=0.0)
+        scale, c_scale = cls.scales(largest, max(c_ii, default=0.0))
         per, c_per = 1.0 / scale if scale else 0.0, 1.0 / c_scale if c_scale else 0.0
         return cls.of_units(
             scale,

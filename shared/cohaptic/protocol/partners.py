@@ -19,8 +19,8 @@ _U32: Final = 2**32 - 1
 # From a hand on a light device to an arm on a heavy one, or to the page's hand that holds firmly.
 LIGHTEST: Final = HandModel(0.03, 0.5, 50.0)
 HEAVIEST: Final = HandModel(0.8, 100.0, 1e4)
-MOST_CARRIED: Final = 300.0  # N, as in a scene
-_LEAST, _MOST = 1e-6 * (1.0 - 1e-6), 10.0 * (1.0 + 1e-6)  # m/N, with the rounding of 32 bits
+MAX_CARRIED: Final = 300.0  # N, as in a scene
+_LEAST, _LARGEST = 1e-6 * (1.0 - 1e-6), 10.0 * (1.0 + 1e-6)  # m/N, with the rounding of 32 bits
 
 
 class Partner(NamedTuple):
@@ -29,10 +29,10 @@ class Partner(NamedTuple):
     Fields:
         user: Number of the user.
         model: Model of the hand.
-        intended: Depth of the tip below the surface without any force, plus `give` [m].
-        give: Displacement of the model that the hand's own client told [m].
+        intended: Depth of the tip below the surface without any force, plus `deflection` [m].
+        deflection: Displacement of the model that the hand's own client told [m].
         force: Normal force of this hand in the patch's surface [N].
-        most: Largest force of this hand [N].
+        max_force: Largest force of this hand [N].
         c_jj: Compliance of its contact and its device [m/N].
         coupled: Compliance between its contact and that of the client, and between its contact and
             that of each partner before it [m/N].
@@ -41,9 +41,9 @@ class Partner(NamedTuple):
     user: int
     model: HandModel
     intended: float
-    give: float
+    deflection: float
     force: float
-    most: float
+    max_force: float
     c_jj: float
     coupled: tuple[float, ...]
 
@@ -55,21 +55,21 @@ class Partners:
     Args:
         weight: Share of the models' forces in what the client shows, 0 to 1; the rest is that of
             the forces in the patch's surface.
-        most: Largest force that the body takes of the client's own hand [N].
+        max_force: Largest force that the body takes of the client's own hand [N].
         model: Model of that hand.
         partners: The others, at most `MAX_PARTNERS`.
     """
 
     weight: Final[float]
-    most: Final[float]
+    max_force: Final[float]
     model: Final[HandModel]
     partners: Final[tuple[Partner, ...]]
 
     def __init__(
-        self, weight: float, most: float, model: HandModel, partners: tuple[Partner, ...]
+        self, weight: float, max_force: float, model: HandModel, partners: tuple[Partner, ...]
     ) -> None:
         self.weight = weight
-        self.most = most
+        self.max_force = max_force
         self.model = model
         self.partners = partners
 
@@ -81,9 +81,11 @@ class Partners:
     def encode(self) -> bytes:
         """The bytes of this part; raises LocalProtocolError when a value is out of its limits."""
         self.check(remote=False)
-        parts = [_HEAD.pack(len(self.partners), self.weight, self.most, *self.model)]
+        parts = [_HEAD.pack(len(self.partners), self.weight, self.max_force, *self.model)]
         for p in self.partners:
-            parts.append(_ITEM.pack(p.user, *p.model, p.intended, p.give, p.force, p.most, p.c_jj))
+            parts.append(
+                _ITEM.pack(p.user, *p.model, p.intended, p.deflection, p.force, p.max_force, p.c_jj)
+            )
             parts += [_COUPLED.pack(c) for c in p.coupled]
         return b"".join(parts)
 
@@ -104,14 +106,18 @@ class Partners:
         at, partners = start + PARTNERS.size, list[Partner]()
         for j in range(count):
             _check_length(data, at + PARTNER.size + (j + 1) * COUPLED.size)
-            user, pm, pb, pk, intended, give, force, most, c_jj = _ITEM.unpack_from(data, at)
+            user, pm, pb, pk, intended, deflection, force, max_force, c_jj = _ITEM.unpack_from(
+                data, at
+            )
             at += PARTNER.size
             coupled = list[float]()
             for _ in range(j + 1):
                 coupled.append(_COUPLED.unpack_from(data, at)[0])
                 at += COUPLED.size
             model = HandModel(pm, pb, pk)
-            partners.append(Partner(user, model, intended, give, force, most, c_jj, tuple(coupled)))
+            partners.append(
+                Partner(user, model, intended, deflection, force, max_force, c_jj, tuple(coupled))
+            )
         return cls(weight, own, HandModel(m, b, k), tuple(partners)), at
 
     def check(self, *, remote: bool) -> None:
@@ -122,17 +128,19 @@ class Partners:
         """
         check_range("partners of a patch", len(self.partners), 0, MAX_PARTNERS, remote=remote)
         check_range("weight of the models", self.weight, 0.0, 1.0, remote=remote)
-        check_range("largest force", self.most, 0.0, MAX_FORCE, remote=remote)
+        check_range("largest force", self.max_force, 0.0, MAX_FORCE, remote=remote)
         check_model(self.model, remote=remote)
         for j, p in enumerate(self.partners):
             check_range("user of a partner", p.user, 1, _U32, remote=remote)
             check_model(p.model, remote=remote)
-            most = 2.0 * MAX_POSITION
-            check_range("depth of a partner", p.intended, -most, most, remote=remote)
-            check_range("give of a partner", p.give, -MAX_POSITION, MAX_POSITION, remote=remote)
-            check_range("force of a partner", p.force, 0.0, MOST_CARRIED, remote=remote)
-            check_range("largest force of a partner", p.most, 0.0, MAX_FORCE, remote=remote)
-            check_range("c_jj of a partner", p.c_jj, _LEAST, _MOST, remote=remote)
+            max_force = 2.0 * MAX_POSITION
+            check_range("depth of a partner", p.intended, -max_force, max_force, remote=remote)
+            check_range(
+                "deflection of a partner", p.deflection, -MAX_POSITION, MAX_POSITION, remote=remote
+            )
+            check_range("force of a partner", p.force, 0.0, MAX_CARRIED, remote=remote)
+            check_range("largest force of a partner", p.max_force, 0.0, MAX_FORCE, remote=remote)
+            check_range("c_jj of a partner", p.c_jj, _LEAST, _LARGEST, remote=remote)
             check_range("compliances of a partner", len(p.coupled), j + 1, j + 1, remote=remote)
             for c in p.coupled:
                 check_range("compliance", c, -MAX_POSITION, MAX_POSITION, remote=remote)

@@ -59,7 +59,7 @@ MAX_MARGIN: Final = 6e4
 # Relative rounding of 32 bits on the wire, by which c_ii may exceed its limits.
 _ROUNDING: Final = 1e-6
 MAX_GAIN_CUT: Final = 6e4  # N/m, about the largest value in 16 bits; more is sent as this value
-_MOST_CUT: Final = 3.0 * MAX_FORCE  # N; a force and its answers are each bounded by `MAX_FORCE`
+_MAX_CUT: Final = 3.0 * MAX_FORCE  # N; a force and its answers are each bounded by `MAX_FORCE`
 _GEOMETRY_MASK: Final = 0x000F
 _LAW_SHIFT: Final = 4
 _LAW_MASK: Final = 0x000F
@@ -294,8 +294,8 @@ class Patch:
         check_range("length of normal", norm(self.normal), 0.999, 1.001, remote=remote)
         check_range("curvature", self.curvature, -MAX_CURVATURE, MAX_CURVATURE, remote=remote)
         least = MIN_COMPLIANCE * (1.0 - _ROUNDING)
-        most = MAX_COMPLIANCE * (1.0 + _ROUNDING)
-        check_range("c_ii", self.c_ii, least, most, remote=remote)
+        largest = MAX_COMPLIANCE * (1.0 + _ROUNDING)
+        check_range("c_ii", self.c_ii, least, largest, remote=remote)
         check_range("k_h", self.k_h, 0.0, MAX_STIFFNESS, remote=remote)
         check_range("integral_gain", self.integral_gain, 0.0, 1e9, remote=remote)
         check_vector("own_force", self.own_force, MAX_FORCE, "N", remote=remote)
@@ -320,7 +320,7 @@ def check_room(room: RoomLag, *, remote: bool) -> None:
 def check_ledger(ledger: TickLedger, *, remote: bool) -> None:
     """Raise unless each entry of a tick's ledger is in its limits; NaN raises too."""
     for newtons in ledger.entries:
-        check_range("entry of a tick's ledger", newtons, -_MOST_CUT, _MOST_CUT, remote=remote)
+        check_range("entry of a tick's ledger", newtons, -_MAX_CUT, _MAX_CUT, remote=remote)
     # Before it is packed, it may be more than 16 bits hold.
-    most = MAX_GAIN_CUT if remote else MAX_STIFFNESS
-    check_range("gain_cut", ledger.gain_cut, 0.0, most, remote=remote)
+    largest = MAX_GAIN_CUT if remote else MAX_STIFFNESS
+    check_range("gain_cut", ledger.gain_cut, 0.0, largest, remote=remote)

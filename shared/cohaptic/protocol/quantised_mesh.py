@@ -122,8 +122,8 @@ class QuantisedMesh:
 def _check(low: Floats, unit: Floats, faces: Ints, n: int, *, remote: bool) -> None:
     for start, size in zip(low.tolist(), (STEPS * unit).tolist(), strict=True):
         check_range("low end of a mesh's box", start, -MAX_POSITION, MAX_POSITION, remote=remote)
-        most = (MAX_POSITION - start) * (1.0 + _ROUNDING) + _ROUNDING
-        check_range("size of a mesh's box", size, 0.0, most, remote=remote)
+        limit = (MAX_POSITION - start) * (1.0 + _ROUNDING) + _ROUNDING
+        check_range("size of a mesh's box", size, 0.0, limit, remote=remote)
     check_range("corner of a face", int(faces.min()), 0, n - 1, remote=remote)
     check_range("corner of a face", int(faces.max()), 0, n - 1, remote=remote)
     # The order of the vertices is defined for triangles only.

@@ -57,7 +57,7 @@ MAX_INJECTED_JITTER = 0.5  # s
 MAX_INJECTED_TAIL = 0.1  # s, of whose tenfold no message is later
 MAX_NETWORK_TEXT = 200  # characters of the words for a link
 
-MOST_PUT_OUT = 64  # banned names in one message to an administrator
+MAX_PUT_OUT = 64  # banned names in one message to an administrator
 
 EncodingName = Literal["frames", "forces"]
 ModerationName = Literal[
@@ -215,7 +215,7 @@ class PutOut(ControlMessage):
     """
 
     type: Literal["put_out"] = "put_out"
-    names: Annotated[tuple[Name, ...], Field(max_length=MOST_PUT_OUT)]
+    names: Annotated[tuple[Name, ...], Field(max_length=MAX_PUT_OUT)]
 
 
 WatchRequest = SetView | SetLatency | Moderate | Present | Follow | Aim | Point

@@ -92,12 +92,12 @@ _ORIGIN = struct.Struct("<3d")
 _CLOCKS = struct.Struct("<5d")
 # Most rows of a block [bytes]: a damaged length must not make a reader take all memory. The loop's
 # ring holds 3 MB of rows; the writer splits longer blocks.
-MOST = 4 * 1024 * 1024
+LARGEST = 4 * 1024 * 1024
 # Of zlib: a third of a millisecond for a tenth of a second. Higher levels take four times as long
 # for a tenth less.
 LEVEL = 1
 _SEARCHED = 64 * 1024  # bytes that a search for the next mark reads at once
-_MOST_IN_VAIN = 64 * 1024 * 1024  # bytes, of eight of the longest blocks
+_MAX_IN_VAIN = 64 * 1024 * 1024  # bytes, of eight of the longest blocks
 
 
 def header_block(header: Header) -> bytes:
@@ -106,7 +106,7 @@ def header_block(header: Header) -> bytes:
 
 
 def rows_block(block: RowBlock) -> bytes:
-    """Return a block of rows, at most `MOST` bytes of them."""
+    """Return a block of rows, at most `LARGEST` bytes of them."""
     return _block(b"R", _ORIGIN.pack(*block.origin) + zlib.compress(block.rows, LEVEL))
 
 
@@ -134,7 +134,7 @@ def entries(file: BinaryIO) -> Generator[Entry, None, None]:
         if found is None:
             in_vain += file.tell() - at
             # What damage leaves behind has few marks; a file of nothing else would take hours.
-            at = _next_mark(file, at + 1, size) if in_vain < _MOST_IN_VAIN else size
+            at = _next_mark(file, at + 1, size) if in_vain < _MAX_IN_VAIN else size
             continue
         entry, end = found
         if isinstance(entry, Header):
@@ -163,7 +163,7 @@ def _entry_at(file: BinaryIO, at: int, size: int, width: int) -> tuple[Entry, in
         return None
     mark, kind, length, check = _HEAD.unpack(head)
     # What cannot be compressed becomes a little longer.
-    if mark != MARK or length > 2 * MOST or at + _HEAD.size + length > size:
+    if mark != MARK or length > 2 * LARGEST or at + _HEAD.size + length > size:
         return None
     payload = file.read(length)
     if zlib.crc32(payload, zlib.crc32(head[: _START.size])) != check or len(payload) < length:
@@ -183,7 +183,7 @@ def _entry(kind: bytes, payload: bytes, width: int) -> Entry | None:
     """
     if kind == b"R":
         unpacker = zlib.decompressobj()
-        rows = unpacker.decompress(payload[_ORIGIN.size :], MOST)
+        rows = unpacker.decompress(payload[_ORIGIN.size :], LARGEST)
         if unpacker.eof and len(rows) % (8 * width) == 0:
             return RowBlock(_ORIGIN.unpack_from(payload), rows)
     if kind == b"C" and len(payload) == _CLOCKS.size:
@@ -204,7 +204,7 @@ def _is_cut_short(file: BinaryIO, at: int, size: int) -> bool:
     if len(head) < _HEAD.size:
         return head[: len(MARK)] == MARK[: len(head)]
     mark, _, length, _ = _HEAD.unpack(head)
-    return bool(mark == MARK and length <= 2 * MOST and at + _HEAD.size + length > size)
+    return bool(mark == MARK and length <= 2 * LARGEST and at + _HEAD.size + length > size)
 
 
 def _next_mark(file: BinaryIO, at: int, size: int) -> int:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from cohaptic.errors import OutputError, SettingError
 from cohaptic.recording.journal import (
-    MOST,
+    LARGEST,
     Clocks,
     Header,
     RowBlock,
@@ -30,7 +30,7 @@ WAITING = 32 * 1024 * 1024
 # little: some seconds at 1 kHz. A process that is killed loses nothing that was written.
 _SYNC = 256 * 1024
 _LONG = 16 * 1024 * 1024  # bytes of a part of three minutes, which take a second to be turned
-_SPLIT = MOST // ROW.size * ROW.size
+_SPLIT = LARGEST // ROW.size * ROW.size
 
 
 class NothingRecorded(OutputError):

@@ -15,7 +15,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TextIO
 
-MOST = 256 * 1024  # bytes that may wait to be written
+LARGEST = 256 * 1024  # bytes that may wait to be written
 LAST_WORDS = 1.0  # s; longest time that an ending program waits for its reader
 
 
@@ -25,7 +25,7 @@ def in_words(lines: int) -> str:
 
 
 def aside(
-    stream: TextIO, most: int = MOST, tell: Callable[[int], str] = in_words
+    stream: TextIO, limit: int = LARGEST, tell: Callable[[int], str] = in_words
 ) -> Aside | TextIO:
     """Return a stream that writes to the same file as `stream` without ever waiting.
 
@@ -33,12 +33,12 @@ def aside(
 
     Args:
         stream: Stream of a terminal, a pipe or a file.
-        most: Largest amount of text that may wait to be written [bytes].
+        limit: Largest amount of text that may wait to be written [bytes].
         tell: Function that makes the message for a reader from the number of lines left out.
     """
     try:
         stream.flush()
-        return Aside(stream.fileno(), stream.encoding or "utf-8", most, tell)
+        return Aside(stream.fileno(), stream.encoding or "utf-8", limit, tell)
     except (OSError, ValueError, AttributeError):  # in a test, or the stream is closed
         return stream
 
@@ -48,7 +48,7 @@ class Aside(io.TextIOBase):
 
     Args:
         file: Descriptor of the file, which this class does not close.
-        most: Largest amount of text that may wait to be written [bytes].
+        limit: Largest amount of text that may wait to be written [bytes].
         tell: As for `aside`.
 
     Attributes:
@@ -59,11 +59,11 @@ class Aside(io.TextIOBase):
         self,
         file: int,
         encoding: str = "utf-8",
-        most: int = MOST,
+        limit: int = LARGEST,
         tell: Callable[[int], str] = in_words,
     ) -> None:
         self.left_out = 0
-        self._file, self._encoding, self._most, self._tell = file, encoding, most, tell
+        self._file, self._encoding, self._limit, self._tell = file, encoding, limit, tell
         self._untold = 0
         self._waiting: deque[bytes] = deque()
         self._size = 0  # text that waits or is being written [bytes]
@@ -108,7 +108,7 @@ class Aside(io.TextIOBase):
         if self._untold and not self._gone:
             data = self._tell(self._untold).encode(self._encoding, "backslashreplace") + data
         # A text longer than the bound is accepted if nothing else waits.
-        if self._gone or (self._size and self._size + len(data) > self._most):
+        if self._gone or (self._size and self._size + len(data) > self._limit):
             self._leave_out(text.count("\n"))
             return
         self._untold = 0

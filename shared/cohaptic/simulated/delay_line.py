@@ -22,8 +22,8 @@ MAX_DELAY = 5.0  # s, for delay and for jitter; longer than on any path on Earth
 CAPACITY = 4096  # messages in flight; 10 s (delay and jitter) at 200 Hz is 2,000
 # s; longer than the gap between messages over which the extra delay of a link is remembered.
 _LONGEST_MEMORY: Final = 60.0
-_MOST_LOSS: Final = 0.5  # beyond, repeats of repeats would need an estimate of their own
-_MOST_STALLS: Final = 2.0  # 1/s
+_MAX_LOSS: Final = 0.5  # beyond, repeats of repeats would need an estimate of their own
+_MAX_STALLS: Final = 2.0  # 1/s
 # s from a loss to its repeat, besides a round trip: the sender notices it by the answers to the
 # next three messages (RFC 5681, 3.2), which leave at 60 a second.
 _NOTICED: Final = 0.05
@@ -59,10 +59,10 @@ class LinkSettings:
     stalls: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, most, unit in _LIMITS:
+        for name, largest, unit in _LIMITS:
             value = getattr(self, name)
-            if not 0.0 <= value <= most:
-                limit = f"from 0 to {most:g}{unit}"
+            if not 0.0 <= value <= largest:
+                limit = f"from 0 to {largest:g}{unit}"
                 raise SettingError(f"{name} of a link", f"{value}{unit}", limit)
 
     @property
@@ -88,11 +88,11 @@ _LIMITS: Final = (
     ("jitter", MAX_DELAY, " s"),
     ("tail", MAX_DELAY, " s"),
     ("memory", _LONGEST_MEMORY, " s"),
-    ("loss", _MOST_LOSS, ""),
+    ("loss", _MAX_LOSS, ""),
     ("stall", MAX_DELAY, " s"),
-    ("stalls", _MOST_STALLS, " /s"),
+    ("stalls", _MAX_STALLS, " /s"),
 )
-MOST: Final = {name: most for name, most, _ in _LIMITS}
+LARGEST: Final = {name: largest for name, largest, _ in _LIMITS}
 AT_ONCE: Final = LinkSettings()
 
 
@@ -141,12 +141,12 @@ class DelayLine(Generic[T]):
             self._pushed = now
             fresh = self._random.gauss(0.0, 1.0)
             self._level = kept * self._level + math.sqrt(1.0 - kept * kept) * fresh
-            share = NormalDist().cdf(self._level)
+            fraction = NormalDist().cdf(self._level)
         else:
-            share = self._random.uniform(0.0, 1.0)
-        extra = share * settings.jitter
+            fraction = self._random.uniform(0.0, 1.0)
+        extra = fraction * settings.jitter
         if settings.tail:
-            extra -= settings.tail * math.log(max(1.0 - share, math.exp(-_TAIL_ENDS)))
+            extra -= settings.tail * math.log(max(1.0 - fraction, math.exp(-_TAIL_ENDS)))
         return extra
 
     def _after_a_stall(self, due: float) -> float:

@@ -15,7 +15,7 @@ from cohaptic.vec import ZERO, Vec3, add, cross, norm, scale, unit
 
 # Largest stiffness over mass [1/s^2]: a quarter of the stability limit of `move`, which is
 # 4 / dt^2 = 4e6 for semi-implicit Euler without damping in steps of 1 ms.
-MOST_PER_MASS = 1e6
+MAX_PER_MASS = 1e6
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class Hand:
             ("hand mass", self.mass, 0.01, 5.0),
             ("hand damping", self.damping, 0.0, 1000.0),
             # The stiffest values model a clamp, a rig that holds a device at a depth.
-            ("hand stiffness", self.stiffness, 1.0, min(1e5, MOST_PER_MASS * self.mass)),
+            ("hand stiffness", self.stiffness, 1.0, min(1e5, MAX_PER_MASS * self.mass)),
         ):
             if not low <= value <= high:
                 raise SettingError(name, value, f"from {low} to {high}")

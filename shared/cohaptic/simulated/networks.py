@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from cohaptic.errors import SettingError
-from cohaptic.simulated.delay_line import AT_ONCE, MOST, LinkSettings
+from cohaptic.simulated.delay_line import AT_ONCE, LARGEST, LinkSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,13 +107,13 @@ def read_network(text: str) -> LinkSettings:
 
 def _read(name: str, text: str) -> float:
     scale, unit = _WORDS[name]
-    most = MOST[name] / scale
+    largest = LARGEST[name] / scale
     try:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not 0.0 <= value <= most:
-        limit = f"a number from 0 to {most:g} {unit}"
+    if not 0.0 <= value <= largest:
+        limit = f"a number from 0 to {largest:g} {unit}"
         raise SettingError(f"{name} of a network", repr(text[:40]), limit)
     return scale * value
 

@@ -105,7 +105,7 @@ COLUMNS = Row._fields
 ROW = struct.Struct(f"<{len(COLUMNS)}d")  # a row in memory: 64-bit numbers in the order of `Row`
 
 
-MOST_RULES = 4  # of other packages, of which a row has what they did
+MAX_RULES = 4  # of other packages, of which a row has what they did
 
 
 def columns_with(rules: Sequence[str]) -> tuple[str, ...]:

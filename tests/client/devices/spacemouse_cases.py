@@ -20,7 +20,7 @@ PERIOD = 0.001
 ROUNDING = 1e-12  # m; a cube of decimetres, added to in doubles
 int16s = st.integers(-(2**15), 2**15 - 1)
 counts = st.tuples(int16s, int16s, int16s)
-shares = st.floats(-1.0, 1.0)
+fractions = st.floats(-1.0, 1.0)
 
 
 def report(kind: int, *values: int) -> list[int]:

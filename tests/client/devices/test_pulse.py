@@ -11,7 +11,7 @@ from cohaptic.vec import ZERO, Vec3, norm, scale, sub
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 from cohaptic_client.devices.pulse import STRENGTH, pulse, pulse_force, verdict
 
-MOST_RATE = 20.0  # N/s; the safety layer's limit of changes that no motion of the hand causes
+MAX_RATE = 20.0  # N/s; the safety layer's limit of changes that no motion of the hand causes
 
 
 class Clock:
@@ -53,7 +53,7 @@ class Arm:
 @given(st.floats(-1.0, 3.0), st.floats(0.0, 0.01))
 def test_a_knock_is_gentle(t: float, dt: float) -> None:
     assert norm(pulse_force(t)) <= STRENGTH
-    assert norm(sub(pulse_force(t + dt), pulse_force(t))) <= MOST_RATE * dt + 1e-9
+    assert norm(sub(pulse_force(t + dt), pulse_force(t))) <= MAX_RATE * dt + 1e-9
 
 
 def test_what_only_senses_cannot_knock() -> None:

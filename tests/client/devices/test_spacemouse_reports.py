@@ -13,8 +13,8 @@ from cohaptic_client.devices.spacemouse import (
 from tests.client.devices.spacemouse_cases import (
     any_report,
     counts,
+    fractions,
     report,
-    shares,
 )
 
 
@@ -59,7 +59,7 @@ def test_axes_are_those_of_the_world() -> None:
     assert decode(report(2, 70, 70, 70)) == Motion(None, (0.2, -0.2, -0.2))
 
 
-@given(shares, shares)
+@given(fractions, fractions)
 def test_the_dead_band_is_odd_rising_and_without_a_jump(a: float, b: float) -> None:
     (fa, fb, fz), (ga, _, _) = without_dead_band((a, b, 0.0)), without_dead_band((-a, b, 0.0))
     assert fz == 0.0

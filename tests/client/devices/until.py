@@ -9,7 +9,7 @@ from cohaptic.clock import SystemClock
 from tests.patience import PATIENCE
 
 _CLOCK = SystemClock()
-_MOST = 0.005  # s from one look at a steady clock to the next
+_LARGEST = 0.005  # s from one look at a steady clock to the next
 
 
 class SteadyClock:
@@ -25,7 +25,7 @@ class SteadyClock:
     def now(self) -> float:
         """Seconds since an origin of its own."""
         seen = _CLOCK.now()
-        self._time += min(seen - self._seen, _MOST)
+        self._time += min(seen - self._seen, _LARGEST)
         self._seen = seen
         return self._time
 

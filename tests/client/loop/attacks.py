@@ -32,7 +32,7 @@ SIMULATION_PERIOD = 1.0 / 60.0  # s
 PRESSED: Vec3 = (0.0, 0.0, -0.004)
 ABOVE: Vec3 = (0.0, 0.0, 0.003)
 NAN, INF = math.nan, math.inf
-MOST_OF_A_RELEASE = 1.5  # slope of a smooth ramp in its middle, over that of a straight one
+MAX_OF_A_RELEASE = 1.5  # slope of a smooth ramp in its middle, over that of a straight one
 
 
 Way = Callable[[int], Vec3]
@@ -127,7 +127,7 @@ class Hand:
         before = self.state.probe
         self.state, output = step(self.state, sample, self.now, self.settings)
         limits = self.settings.limits
-        release = MOST_OF_A_RELEASE * limits.max_force / FAULT_RELEASE_TIME
+        release = MAX_OF_A_RELEASE * limits.max_force / FAULT_RELEASE_TIME
         counted = min(max(0.0, dt), 2.0 * limits.period)
         self.forces.append(output.force)
         self.ways.append(norm(sub(self.state.probe, before)))
@@ -146,8 +146,8 @@ class Hand:
             step_way = 1e-4  # m: 0.1 m/s
             size = norm(way)
             if size > 0.0:
-                share = min(1.0, step_way / size)
-                self.at = add(self.at, (way[0] * share, way[1] * share, way[2] * share))
+                fraction = min(1.0, step_way / size)
+                self.at = add(self.at, (way[0] * fraction, way[1] * fraction, way[2] * fraction))
             self.period(DeviceSample(self.at, ZERO))
 
     def tap(self, speed: float, rest: int) -> None:
@@ -200,8 +200,8 @@ class Hand:
 
     def silence(self) -> int:
         """Nothing comes any more, and the hand rests; periods until the force was gone for good."""
-        most = LONGEST_PATIENCE + self.settings.limits.max_force / SAFETY_FADE_RATE
-        periods = math.ceil((most + self.settings.limits.fade_time) / PERIOD) + 30
+        max_force = LONGEST_PATIENCE + self.settings.limits.max_force / SAFETY_FADE_RATE
+        periods = math.ceil((max_force + self.settings.limits.fade_time) / PERIOD) + 30
         for _ in range(periods):
             self.period(DeviceSample(self.at, ZERO))
         last = [n for n, force in enumerate(self.forces[-periods:]) if force != ZERO]
@@ -240,7 +240,7 @@ made_up = st.lists(st.integers(2, 4), min_size=1, max_size=3, unique=True).flatm
     lambda users: st.builds(
         Partners,
         weight=st.sampled_from([0.0, 0.5, 1.0]),
-        most=st.sampled_from([0.0, 1.0, 10.0]),
+        max_force=st.sampled_from([0.0, 1.0, 10.0]),
         model=st.sampled_from([USUAL_HAND, LIGHTEST, HEAVIEST]),
         partners=st.tuples(
             *[
@@ -249,9 +249,9 @@ made_up = st.lists(st.integers(2, 4), min_size=1, max_size=3, unique=True).flatm
                     user=st.just(user),
                     model=st.sampled_from([USUAL_HAND, LIGHTEST, HEAVIEST]),
                     intended=st.sampled_from([-0.01, 0.0, 0.005, 0.02, 20.0]),
-                    give=st.sampled_from([0.0, 0.01, -10.0]),
+                    deflection=st.sampled_from([0.0, 0.01, -10.0]),
                     force=st.sampled_from([0.0, 2.0, 300.0]),
-                    most=st.sampled_from([0.0, 10.0, 100.0]),
+                    max_force=st.sampled_from([0.0, 10.0, 100.0]),
                     c_jj=st.sampled_from([SOFT, 1e-6, 10.0]),
                     coupled=st.tuples(*[st.sampled_from([0.5 * SOFT, -0.9 * SOFT, 0.0])] * (j + 1)),
                 )

@@ -22,7 +22,7 @@ from cohaptic.control.stability.single_contact import (
 )
 from cohaptic.control.stability.stable_set import closed_edges, lifted_edges
 from cohaptic.vec import ZERO, Vec3, add, scale, unit
-from cohaptic_client.loop.passivity import Passivity, dissipate, given_share, observe
+from cohaptic_client.loop.passivity import Passivity, dissipate, given_fraction, observe
 from cohaptic_client.loop.safety import Mode, SafetyLimits, SafetyState
 from cohaptic_client.network.timing import LinkTiming, Pacer
 from tests.client.loop.safety_cases import guard
@@ -83,18 +83,18 @@ def presses() -> list[dict[str, Any]]:
             for i in range(25):
                 depth = round(0.02 * math.sin(0.25 * i) - 0.002, 6)
                 # The limit of an integral is at work in every second period.
-                moved_in, most = round(0.5 * (depth - before), 6), 0.02 if i % 2 else 10.0
+                moved_in, limit = round(0.5 * (depth - before), 6), 0.02 if i % 2 else 10.0
                 before = depth
                 sight = a_sight(rng, depth)
                 gains, dt = Gains(k_h, integral_gain), pick(rng, 5e-4, 3e-3)
-                memory, force = law.model.force(memory, sight, gains, dt, settings, moved_in, most)
+                memory, force = law.model.force(memory, sight, gains, dt, settings, moved_in, limit)
                 state = memory if isinstance(memory, IntegralState) else IntegralState()
                 steps.append(
                     {
                         "sight": asdict(sight),
                         "dt": dt,
                         "moved_in": moved_in,
-                        "most": most,
+                        "most": limit,
                         "pressed_depth": pressed_depth(law, sight),
                         "memory": state._asdict(),
                         "force": asdict(force),
@@ -130,7 +130,7 @@ def energies() -> list[dict[str, Any]]:
         damping, damped = dissipate(
             memory.owed, memory.damping, given["force"], given["speed_in"], given["dt"], 6.0
         )
-        stored = given_share(**law)
+        stored = given_fraction(**law)
         more = stored - memory.stored
         owed = observe(memory.owed, given["work"], more, given["from_body"], given["dt"])
         memory = Passivity(owed, damping, stored)
@@ -182,10 +182,10 @@ def slides() -> list[dict[str, Any]]:
         material = (round(drag, 6), round(-0.5 * drag, 6), 0.001)
         # In contact, light, out of it.
         f_n = 0.0 if i % 100 > 90 else (0.02 if i % 50 > 40 else 2.0)
-        share, most = 1.0 if i < 120 else 0.7, 0.01 if i < 160 else 0.002
+        fraction, limit = 1.0 if i < 120 else 0.7, 0.01 if i < 160 else 0.002
         aside = normal_shift(state, normal, C)
         state = friction_step(
-            state, moved, material, normal, f_n, C, mu, share, max_stiffness, most
+            state, moved, material, normal, f_n, C, mu, fraction, max_stiffness, limit
         )
         rows.append(
             {
@@ -195,9 +195,9 @@ def slides() -> list[dict[str, Any]]:
                 "normal_force": f_n,
                 "C": C,
                 "mu": mu,
-                "share": share,
+                "fraction": fraction,
                 "max_stiffness": max_stiffness,
-                "most": most,
+                "max_change": limit,
                 "aside": aside,
                 # Without those of the backstop and of rows, which the page has not.
                 "after": {

@@ -133,12 +133,12 @@ def patch_of(play: Play, t: float, tick: int, own_force: Vec3, c_ii: float) -> P
         # Softer along the surface, and a force along x moves the contact along y, too.
         compliance = Compliance3(1.2 * c_ii, 1.1 * c_ii, c_ii, 0.1 * c_ii, 0.0, -0.05 * c_ii)
         c_ii = dot(NORMAL, times(compliance, NORMAL))
-    share = {Law.PREDICTIVE: 1.0, Law.PI: 0.3, Law.PROPORTIONAL: 0.9}[law]
+    fraction = {Law.PREDICTIVE: 1.0, Law.PI: 0.3, Law.PROPORTIONAL: 0.9}[law]
     return Patch(
         tick=tick, seq=0, t_server=t, t_client=0.0, sample_wait=0.0,
         geometry=Geometry.SPHERE if play.curvature else Geometry.PLANE, law=law,
         x_free=scale(NORMAL, 0.1 + lift), normal=NORMAL, curvature=play.curvature, c_ii=c_ii,
-        k_h=min(share / c_ii, play.max_stiffness),
+        k_h=min(fraction / c_ii, play.max_stiffness),
         integral_gain=3000.0 if law is Law.PI else 0.0,
         own_force=own_force, u_others=add(scale(NORMAL, lift), scale(ALONG, drag)),
         compliance=compliance,

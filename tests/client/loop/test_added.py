@@ -244,13 +244,13 @@ class Integral(Spring):
 
     def apply(self, memory: Any, contact: Contact) -> Any:
         (force, ramp, before), depth, k = memory, contact.depth, contact.k_h
-        way, most, ours = k * contact.moved_in, contact.budget, LawSettings()
+        way, largest, ours = k * contact.moved_in, contact.budget, LawSettings()
         limit = ours.thresholds.entering
         if depth < before - 5e-3 * contact.dt:
             limit = ours.thresholds.leaving * min(1.0, force / ours.thresholds.full_force)
         grown = contact.integral_gain * (depth - limit) if depth > 0.0 else -ramp
         last, spring = k * before + force, k * depth
-        low, high = last + min(0.0, way) - most, last + max(0.0, way) + most
+        low, high = last + min(0.0, way) - largest, last + max(0.0, way) + largest
         force = min(max(force + grown * contact.dt, low - spring), high - spring)
         force = min(max(force, 0.0), ours.max_force)
         contact.press(spring + force)

@@ -63,7 +63,7 @@ def test_a_server_that_comes_back_may_count_its_ticks_anew() -> None:
 
 @given(near_patches, near_patches, near_patches, st.floats(0.0, 1.0), probes, probes)
 def test_a_new_patch_never_moves_the_force_in_the_period_of_its_arrival(
-    first: Patch, second: Patch, other: Patch, share: float, last: Vec3, probe: Vec3
+    first: Patch, second: Patch, other: Patch, fraction: float, last: Vec3, probe: Vec3
 ) -> None:
     """Whatever it says of surface and gain: that period's force is the same for any two of them."""
     second, other = (
@@ -71,7 +71,7 @@ def test_a_new_patch_never_moves_the_force_in_the_period_of_its_arrival(
     )
     for settings in WIDE:
         state, _ = step(engaged(first, settings), at(last), 10.0, settings)
-        now = 10.0 + share * TICK
+        now = 10.0 + fraction * TICK
         seen = {
             step(receive(state, patch, now, settings), at(probe), now, settings)[1].force
             for patch in (replace(second, tick=2), replace(other, tick=2))
@@ -97,12 +97,12 @@ def test_within_a_simulation_period_the_surface_goes_over_to_the_new_patch(
 
 @given(near_patches, near_patches, near_patches, probes, st.floats(0.1, 0.9))
 def test_a_patch_that_comes_early_starts_from_what_was_shown(
-    first: Patch, second: Patch, third: Patch, probe: Vec3, share: float
+    first: Patch, second: Patch, third: Patch, probe: Vec3, fraction: float
 ) -> None:
     """Jitter bunches patches: the way to the one before is then not over yet."""
     state, _ = step(engaged(first), at(probe), 10.0, SETTINGS)
     state = receive(state, replace(second, tick=2), 10.0, SETTINGS)
-    now = 10.0 + share * TICK
+    now = 10.0 + fraction * TICK
     state, _ = step(state, at(probe), now, SETTINGS)
     before = shown_at(state, probe, now, SETTINGS)
     after = shown_at(receive(state, replace(third, tick=3), now, SETTINGS), probe, now, SETTINGS)

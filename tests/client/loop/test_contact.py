@@ -72,13 +72,13 @@ SECOND_ORDER = 1e-9  # of the sum of what rules have taken, relative
 )
 @tried(max_examples=examples(100), deadline=None)
 def test_fades_of_the_safety_layer_and_friction_are_part_of_that(
-    arrivals: list[tuple[Patch, int, bool]], depth: float, share: float, friction: float
+    arrivals: list[tuple[Patch, int, bool]], depth: float, fraction: float, friction: float
 ) -> None:
     """The whole force on the device, while the server falls silent and comes back.
 
     A friction force that the normal one moves counts twice: a tenth of it all on this contact.
     """
-    most = PACE * (1.0 + (0.1 if friction > 0.0 else SECOND_ORDER))
+    limit = PACE * (1.0 + (0.1 if friction > 0.0 else SECOND_ORDER))
     settings = replace(WIDE[0], friction=friction)
     patch = replace(PLANE, compliance=ROUGH.compliance if friction > 0.0 else None)
     tip, now = at((0.0, 0.0, -depth)), 10.0
@@ -87,8 +87,8 @@ def test_fades_of_the_safety_layer_and_friction_are_part_of_that(
         state, _ = step(state, tip, now, settings)
         now += PERIOD
     now -= PERIOD
-    force = scale(state.safety.force, share)
-    state = replace(state, safety=replace(state.safety, scale=share, force=force))
+    force = scale(state.safety.force, fraction)
+    state = replace(state, safety=replace(state.safety, scale=fraction, force=force))
     for tick, (other, periods, silent) in enumerate(arrivals, start=2):
         patch = replace(
             patch, tick=tick, x_free=(0.0, 0.0, other.x_free[2]), u_others=other.u_others
@@ -99,7 +99,7 @@ def test_fades_of_the_safety_layer_and_friction_are_part_of_that(
         for _ in range(periods):
             before, now = state.safety.force, now + PERIOD
             state, output = step(state, tip, now, settings)
-            assert norm(sub(output.force, before)) <= most
+            assert norm(sub(output.force, before)) <= limit
 
 
 @given(st.floats(0.001, 0.02), st.floats(-0.02, 0.02), st.floats(0.0, 0.019))

@@ -78,8 +78,8 @@ def test_what_a_surface_makes_is_force_more_than_the_body_had_times_way(
         now += PERIOD
     state = replace(state, passivity=replace_owed(state.passivity))
     # No faster than others may move a hand.
-    most = 0.99 * PACE / STIFFNESS
-    lift = min(max(lift, -most), most)
+    limit = 0.99 * PACE / STIFFNESS
+    lift = min(max(lift, -limit), limit)
     state = receive(state, replace(patch, tick=2, x_free=(0.0, 0.0, lift)), now, held)
     state, output = step(state, tip, now, held)
     mean = output.local.normal_force - 0.5 * STIFFNESS * lift

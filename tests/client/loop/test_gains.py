@@ -16,7 +16,7 @@ from cohaptic.vec import ZERO
 from cohaptic_client.loop.arrival import (
     receive,
 )
-from cohaptic_client.loop.gains import MOST_CHANGE, gains_under
+from cohaptic_client.loop.gains import MAX_CHANGE, gains_under
 from cohaptic_client.loop.slew import GAIN_RATE
 from cohaptic_client.loop.step import step
 from tests.client.loop.loop_cases import (
@@ -59,7 +59,7 @@ def test_a_hand_has_the_objects_own_stiffness_where_it_is_or_the_devices(
     """Nothing restores stiffness that a device takes, and no neighbour takes any (science 3.8)."""
     settings = replace(SETTINGS, max_stiffness=limit)
     predictive = replace(patch, law=Law.PREDICTIVE, c_ii=c_ii)
-    here = min(max(sight.c_ii, c_ii / MOST_CHANGE), c_ii * MOST_CHANGE)
+    here = min(max(sight.c_ii, c_ii / MAX_CHANGE), c_ii * MAX_CHANGE)
     # The server said the object's own, as 32 bits have it; or that the device is the softer.
     own = replace(predictive, k_h=single(1.0 / c_ii))
     assert gains_under(own, sight, settings).k_h == pytest.approx(min(1.0 / here, limit))

@@ -12,7 +12,7 @@ from cohaptic.control.law import Law
 from cohaptic.control.laws.model import Gains, LawSettings
 from cohaptic.vec import norm
 from cohaptic_client.loop.law_fade import (
-    LAW_FADE_SHARE_RATE,
+    LAW_FADE_FRACTION_RATE,
     LawFade,
     Running,
     run,
@@ -59,7 +59,7 @@ def test_whatever_follows_whatever_the_force_moves_by_one_percent(
         fade, more = forces(fade, sight, periods)
         seen += more
     for a, b in itertools.pairwise(seen):
-        assert abs(b - a) <= min(EXTERNAL_RATE, LAW_FADE_SHARE_RATE * max(a, b, 0.05)) * T * 1.01
+        assert abs(b - a) <= min(EXTERNAL_RATE, LAW_FADE_FRACTION_RATE * max(a, b, 0.05)) * T * 1.01
 
 
 @given(laws, laws, gains, gains, sights)
@@ -83,7 +83,7 @@ def test_the_way_back_begins_where_the_change_stood(
     if fade.before is not None:
         assert switch(fade, Law.PI, other) is fade
         back = switch(fade, Law.PREDICTIVE, other)
-        assert (back.now, back.share) == (fade.before, 1.0 - fade.share)
+        assert (back.now, back.fraction) == (fade.before, 1.0 - fade.fraction)
 
 
 def test_a_stiff_law_that_goes_does_not_drive_the_friction() -> None:

@@ -55,10 +55,10 @@ def test_the_entries_are_the_force_and_nobody_takes_more_than_there_is(
     smoothing: float,
     friction: float,
     damping: float,
-    most: float,
+    limit: float,
 ) -> None:
     """Any law, silence, jumps of the tip, and surfaces that jump."""
-    limits = SafetyLimits(max_force=most, stale=0.05)
+    limits = SafetyLimits(max_force=limit, stale=0.05)
     settings = LoopSettings(
         TICK, limits, smoothing=smoothing, friction=friction, max_damping=damping
     )
@@ -75,7 +75,7 @@ def test_the_entries_are_the_force_and_nobody_takes_more_than_there_is(
             now += PERIOD
             before = state
             state, period = step(state, at(place), now, settings)  # type: ignore[arg-type]
-            assert sum(ledger_of(period, most)) == pytest.approx(norm(period.force), abs=1e-9)
+            assert sum(ledger_of(period, limit)) == pytest.approx(norm(period.force), abs=1e-9)
             spent = (
                 period.spent_gain + period.spent_fades + period.spent_turn + period.spent_models
                 + period.spent_depth
@@ -83,7 +83,7 @@ def test_the_entries_are_the_force_and_nobody_takes_more_than_there_is(
             assert spent <= EXTERNAL_RATE * period.counted * (1.0 + 1e-9)
             if before.sight is not None and period.safety.left == 0.0 and not period.trouble.cause:
                 change = norm(sub(period.force, before.safety.force))
-                assert change <= explained(before, period) + spent_at_most(period)
+                assert change <= explained(before, period) + spent_at_limit(period)
             assert period.budget.left >= 0.0
         tip = goal
 
@@ -95,7 +95,7 @@ def explained(before: LoopState, period: Period) -> float:
     return own_force(period) + before.safety.own + damping * velocity
 
 
-def spent_at_most(period: Period) -> float:
+def spent_at_limit(period: Period) -> float:
     """The change that nothing of the hand's own explains: the budget, but for its rounding [N]."""
     return EXTERNAL_RATE * period.counted * (1.0 + 2e-9)
 

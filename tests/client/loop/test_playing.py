@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cohaptic.control.playout import LONGEST, RISE
 from cohaptic.protocol.patch import Patch
 from cohaptic.vec import ZERO, Vec3, add, scale
-from cohaptic_client.loop.arrival import MOST_COMING, play, progress, receive, shown
+from cohaptic_client.loop.arrival import MAX_COMING, play, progress, receive, shown
 from cohaptic_client.loop.state import LoopSettings, LoopState
 from cohaptic_client.loop.step import step
 from tests.client.loop.loop_cases import PERIOD, SETTINGS, TICK, at
@@ -98,8 +98,8 @@ def test_what_is_shown_never_runs_back_and_catches_up_in_no_time(
     shown_times = [each + PERIOD * k for k, each in enumerate(found)]
     ways = [b - a for a, b in pairwise(shown_times[10:])]
     assert min(ways) >= -1e-9
-    most = max(each for each in late) + 3.0 * TICK
-    assert max(ways) <= most / (0.5 * TICK) * PERIOD * (1.0 + RISE)
+    largest = max(each for each in late) + 3.0 * TICK
+    assert max(ways) <= largest / (0.5 * TICK) * PERIOD * (1.0 + RISE)
 
 
 @given(st.lists(st.tuples(st.floats(allow_nan=False, allow_infinity=False), st.booleans())))
@@ -112,10 +112,10 @@ def test_whatever_a_server_says_of_its_clock_a_surface_is_shown(
         for _ in range(17 if waits else 1):
             state, _ = step(state, at(ZERO), now, SETTINGS)
             now += PERIOD
-            share = progress(state, now)
-            assert 0.0 <= share <= 1.0
-            assert shown(state, ZERO, share) is not None
-    assert len(state.coming) <= MOST_COMING
+            fraction = progress(state, now)
+            assert 0.0 <= fraction <= 1.0
+            assert shown(state, ZERO, fraction) is not None
+    assert len(state.coming) <= MAX_COMING
 
 
 def test_nothing_begins_before_its_time() -> None:

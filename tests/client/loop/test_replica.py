@@ -13,7 +13,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from cohaptic.control.geometry import Sight
-from cohaptic.control.hand_model import USUAL_HAND, Give, HandModel, give_way
+from cohaptic.control.hand_model import USUAL_HAND, Deflection, HandModel, deflect
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.partners import HEAVIEST, LIGHTEST, MAX_PARTNERS, Partner, Partners
 from cohaptic.vec import ZERO, add, dot, scale, sub
@@ -30,11 +30,11 @@ from tests.strategies import normals, vectors
 
 Floats = npt.NDArray[np.float64]
 K_H = 250.0  # N/m
-MOST = 10.0  # N
+LARGEST = 10.0  # N
 DT = 0.001  # s
 ROCK = HandModel(10.0, 100.0, 1e4)
 
-shares = st.floats(0.0, 1.0)
+fractions = st.floats(0.0, 1.0)
 seeds = st.integers(0, 2**32 - 1)
 sights = st.builds(
     Sight,
@@ -55,7 +55,7 @@ def some(users: Sequence[int], seed: int, weight: float) -> Partners:
     C = 0.002 * (mixed @ mixed.T / n + np.eye(n) + np.ones((n, n)))
     return Partners(
         weight,
-        MOST,
+        LARGEST,
         USUAL_HAND,
         tuple(
             Partner(
@@ -79,14 +79,14 @@ rooms = st.builds(some, orders, seeds, weights)
 class Shown:
     """What a loop shows of the partners: by user, and by pair of users; 0 is the own hand."""
 
-    def __init__(self, replica: Replica, share: float) -> None:
-        numbers, users = list(shown_numbers(replica, share)), replica.news.users
+    def __init__(self, replica: Replica, fraction: float) -> None:
+        numbers, users = list(shown_numbers(replica, fraction)), replica.news.users
         self.weight = numbers.pop(0)
         self.of: dict[int, tuple[float, float, float, float]] = {}
         self.between: dict[frozenset[int], float] = {}
         for j, user in enumerate(users):
-            intended, force, most, c_jj = numbers[:4]
-            self.of[user] = (intended, force, most, c_jj)
+            intended, force, max_force, c_jj = numbers[:4]
+            self.of[user] = (intended, force, max_force, c_jj)
             for k, other in enumerate((0, *users[:j])):
                 self.between[frozenset((user, other))] = numbers[4 + k]
             del numbers[: 5 + j]
@@ -98,26 +98,26 @@ class Shown:
         return cls(follow(None, news, 1.0), 1.0)
 
 
-@given(rooms, seeds, weights, shares)
+@given(rooms, seeds, weights, fractions)
 def test_the_same_partners_are_shown_on_where_they_were(
-    first: Partners, seed: int, weight: float, share: float
+    first: Partners, seed: int, weight: float, fraction: float
 ) -> None:
     users = first.users
     replica = follow(follow(None, first, 1.0), some(users, seed, weight), 1.0)
-    before = shown_numbers(replica, share)
-    after = follow(replica, some(users, seed ^ 1, 1.0 - weight), share)
+    before = shown_numbers(replica, fraction)
+    after = follow(replica, some(users, seed ^ 1, 1.0 - weight), fraction)
     assert shown_numbers(after, 0.0) == before
-    assert (after.gives, after.forces) == (replica.gives, replica.forces)
+    assert (after.deflections, after.forces) == (replica.deflections, replica.forces)
     assert shown_numbers(after, 1.0) == numbers_of(after.news)
 
 
-@given(orders, orders, seeds, weights, shares)
+@given(orders, orders, seeds, weights, fractions)
 def test_the_models_of_those_who_stay_go_on_in_whatever_order_others_come_and_go(
-    old: list[int], new: list[int], seed: int, weight: float, share: float
+    old: list[int], new: list[int], seed: int, weight: float, fraction: float
 ) -> None:
     """Each number by user and pair of users, and so independent of places in a patch."""
     replica = follow(follow(None, some(old, seed, weight), 1.0), some(old, seed + 1, 0.5), 1.0)
-    gives = [Give(0.001 * i, 0.01 * i) for i in range(len(old) + 1)]
+    deflections = [Deflection(0.001 * i, 0.01 * i) for i in range(len(old) + 1)]
     replica = move(
         Replica(
             replica.news,
@@ -125,7 +125,7 @@ def test_the_models_of_those_who_stay_go_on_in_whatever_order_others_come_and_go
             replica.after,
             [],
             replica.models,
-            gives,
+            deflections,
             replica.forces,
             [],
         ),
@@ -134,7 +134,7 @@ def test_the_models_of_those_who_stay_go_on_in_whatever_order_others_come_and_go
         0.0,
     )
     news = some(new, seed + 2, 1.0 - weight)
-    after = follow(replica, news, share)
+    after = follow(replica, news, fraction)
     now, says = Shown(after, 0.0), Shown.told(news)
     if old == new:
         now, says = Shown(after, 1.0), Shown.told(news)
@@ -142,10 +142,13 @@ def test_the_models_of_those_who_stay_go_on_in_whatever_order_others_come_and_go
     for j, user in enumerate((0, *new)):
         if user in (0, *old):
             i = (0, *old).index(user)
-            assert (after.gives[j], after.forces[j]) == (replica.gives[i], replica.forces[i])
+            assert (after.deflections[j], after.forces[j]) == (
+                replica.deflections[i],
+                replica.forces[i],
+            )
         else:
             p = news.partners[j - 1]
-            assert (after.gives[j], after.forces[j]) == (Give(p.give), p.force)
+            assert (after.deflections[j], after.forces[j]) == (Deflection(p.deflection), p.force)
 
 
 def answered(forces: list[float]) -> Answer:
@@ -155,12 +158,16 @@ def answered(forces: list[float]) -> Answer:
 
 
 def ask(
-    replica: Replica, sight: Sight, share: float = 1.0, k_h: float = K_H
+    replica: Replica, sight: Sight, fraction: float = 1.0, k_h: float = K_H
 ) -> tuple[list[float], Sight]:
     """The answer of models that have shown their surface for long."""
     steady = replace(replica, step=0.0)
     found = answer(
-        steady, sight, share, Own(k_h, 1.0 / K_H, MOST, 1.0, math.inf, 0.0, 0.0, WISH_RATE), DT
+        steady,
+        sight,
+        fraction,
+        Own(k_h, 1.0 / K_H, LARGEST, 1.0, math.inf, 0.0, 0.0, WISH_RATE),
+        DT,
     )
     return found.forces, found.sight
 
@@ -183,15 +190,15 @@ def test_forces_are_those_of_the_matrix(news: Partners, sight: Sight, seed: int)
     C, n = matrix_of(news), len(news.partners) + 1
     assume(np.linalg.eigvalsh(C)[0] > 1e-5)
     pressed = np.random.default_rng(seed).uniform(0.0, 0.99, n)
-    pressed *= [MOST, *[p.most for p in news.partners]]
+    pressed *= [LARGEST, *[p.max_force for p in news.partners]]
     depth = C @ pressed
     wanted = tuple(
-        p._replace(intended=p.give + float(x))
+        p._replace(intended=p.deflection + float(x))
         for p, x in zip(news.partners, depth[1:], strict=True)
     )
     in_surface = float(C[0, 1:] @ [p.force for p in news.partners])
     sight = replace(sight, depth=float(depth[0]) - in_surface)
-    replica = follow(None, Partners(1.0, MOST, USUAL_HAND, wanted), 1.0)
+    replica = follow(None, Partners(1.0, LARGEST, USUAL_HAND, wanted), 1.0)
     forces, shown = ask(replica, sight)
     assert forces == pytest.approx(pressed.tolist(), abs=1e-9)
     # The law, with its gain on this surface, then gives the first of these forces.
@@ -202,7 +209,7 @@ def test_forces_are_those_of_the_matrix(news: Partners, sight: Sight, seed: int)
 def test_only_the_displacement_by_others_moves_along_the_normal(
     news: Partners, sight: Sight, weight: float
 ) -> None:
-    replica = follow(None, Partners(weight, MOST, news.model, news.partners), 1.0)
+    replica = follow(None, Partners(weight, LARGEST, news.model, news.partners), 1.0)
     _, shown = ask(replica, sight)
     moved, n = sub(shown.u_others, sight.u_others), sight.normal
     along = dot(moved, n) / dot(n, n)
@@ -220,7 +227,7 @@ def test_a_hand_that_does_not_yield_answers_as_the_closed_solution_says(
 ) -> None:
     c = coupling * math.sqrt(c_jj / K_H)
     news = Partners(
-        1.0, MOST, USUAL_HAND, (Partner(2, ROCK, intended, 0.0, force, 100.0, c_jj, (c,)),)
+        1.0, LARGEST, USUAL_HAND, (Partner(2, ROCK, intended, 0.0, force, 100.0, c_jj, (c,)),)
     )
     sight = Sight(depth, (0.0, 0.0, 1.0), 1.0 / K_H, ZERO, ZERO)
     forces, shown = ask(follow(None, news, 1.0), sight)
@@ -232,8 +239,8 @@ def test_a_hand_that_does_not_yield_answers_as_the_closed_solution_says(
         f0, f1 = 0.0, max(0.0, x1 / c_jj)
     elif f1 < 0.0:
         f0, f1 = max(0.0, K_H * x0), 0.0
-    if f0 > MOST:
-        f0, f1 = MOST, max(0.0, (x1 - c * MOST) / c_jj)
+    if f0 > LARGEST:
+        f0, f1 = LARGEST, max(0.0, (x1 - c * LARGEST) / c_jj)
     assume(f1 < 100.0)
     assert forces == pytest.approx([f0, f1], abs=1e-9)
     assert shown.depth == pytest.approx(x0 - c * f1, abs=1e-6)
@@ -244,14 +251,14 @@ def test_models_with_the_forces_of_the_surface_leave_it_as_it_came(
     news: Partners, sight: Sight, weight: float
 ) -> None:
     """At rest a patch and its models agree, and no share of the models changes anything."""
-    assume(news.partners and 0.0 < sight.depth < MOST / K_H)
+    assume(news.partners and 0.0 < sight.depth < LARGEST / K_H)
     C = matrix_of(news)
-    carried = np.array([K_H * sight.depth, *[0.1 * p.most for p in news.partners]])
+    carried = np.array([K_H * sight.depth, *[0.1 * p.max_force for p in news.partners]])
     agreed = tuple(
-        p._replace(force=float(f), intended=p.give + float(x))
+        p._replace(force=float(f), intended=p.deflection + float(x))
         for p, f, x in zip(news.partners, carried[1:], (C @ carried)[1:], strict=True)
     )
-    replica = follow(None, Partners(weight, MOST, USUAL_HAND, agreed), 1.0)
+    replica = follow(None, Partners(weight, LARGEST, USUAL_HAND, agreed), 1.0)
     exact = replace(replica, forces=carried.tolist())
     forces, shown = ask(exact, sight)
     assert forces == pytest.approx(carried.tolist(), abs=1e-9)
@@ -269,8 +276,10 @@ def test_the_own_model_gives_way_to_the_own_force_and_others_to_theirs(
     after = move(replica, answered(forces), own, dt)
     models = [news.model, *[p.model for p in news.partners]]
     felt = [own, *forces[1:]]
-    for give, then, model, force in zip(replica.gives, after.gives, models, felt, strict=True):
-        assert then == give_way(give, model, force, dt)
+    for deflection, then, model, force in zip(
+        replica.deflections, after.deflections, models, felt, strict=True
+    ):
+        assert then == deflect(deflection, model, force, dt)
     assert after.forces == felt
     assert (after.news, after.before, after.after) == (replica.news, replica.before, replica.after)
 
@@ -286,18 +295,18 @@ def test_no_model_leaves_every_workspace_however_its_hand_is_described(
     for tick in range(ticks):
         model = (soft, stiff)[tick % 2]
         partner = Partner(2, model, 20.0, 10.0, 300.0, 100.0, 1e-6, (10.0,))
-        replica = follow(replica, Partners(1.0, MOST, model, (partner,)), 1.0)
+        replica = follow(replica, Partners(1.0, LARGEST, model, (partner,)), 1.0)
         for _ in range(periods):
             replica = move(replica, answered([100.0, 100.0]), 100.0, 2.0 * DT)
-            for give in replica.gives:
-                assert abs(give.y) <= MAX_POSITION
+            for deflection in replica.deflections:
+                assert abs(deflection.y) <= MAX_POSITION
 
 
-@given(rooms, rooms, sights, shares)
+@given(rooms, rooms, sights, fractions)
 def test_partners_who_come_or_go_make_no_step(
-    first: Partners, news: Partners, sight: Sight, share: float
+    first: Partners, news: Partners, sight: Sight, fraction: float
 ) -> None:
-    own = Own(K_H, 1.0 / K_H, MOST, 1.0, math.inf, 0.0, 0.0, WISH_RATE)
+    own = Own(K_H, 1.0 / K_H, LARGEST, 1.0, math.inf, 0.0, 0.0, WISH_RATE)
     replica = follow(None, first, 1.0)
     before = answer(replica, sight, 1.0, own, DT)
     replica = follow(move(replica, before, before.forces[0], 0.0), news, 1.0)
@@ -314,32 +323,32 @@ def test_partners_who_come_or_go_make_no_step(
 
 @given(rooms, st.floats(0.001, 0.03), st.floats(0.2, 1.0), weights)
 def test_no_device_renders_more_than_it_can(
-    news: Partners, depth: float, share: float, given_share: float
+    news: Partners, depth: float, fraction: float, given_fraction: float
 ) -> None:
     """Nor less than the gain of its law, where the others hold their tips."""
-    most = K_H / share
+    max_force = K_H / fraction
     sight = Sight(depth, (0.0, 0.0, 1.0), 1.0 / K_H, ZERO, ZERO)
     replica = replace(follow(None, news, 1.0), step=0.0)
-    own = Own(K_H, 1.0 / K_H, MOST, given_share, most, 0.0, 0.0, WISH_RATE)
+    own = Own(K_H, 1.0 / K_H, LARGEST, given_fraction, max_force, 0.0, 0.0, WISH_RATE)
     found = answer(replica, sight, 1.0, own, DT)
     deeper = Sight(depth + 1e-6, sight.normal, sight.c_ii, ZERO, ZERO)
     more = answer(replica, deeper, 1.0, own, DT)
     rendered = K_H * (more.sight.depth - found.sight.depth) / 1e-6
-    assume(0.0 < found.forces[0] < MOST and 0.0 < more.forces[0] < MOST)
-    assert rendered <= most * (1.0 + 1e-6) or given_share < 1.0
+    assume(0.0 < found.forces[0] < LARGEST and 0.0 < more.forces[0] < LARGEST)
+    assert rendered <= max_force * (1.0 + 1e-6) or given_fraction < 1.0
 
 
 def test_a_force_that_the_hand_does_not_get_is_none_for_the_others() -> None:
     partner = Partner(2, USUAL_HAND, 0.01, 0.0, 0.0, 10.0, 1.0 / K_H, (0.5 / K_H,))
-    replica = replace(follow(None, Partners(1.0, MOST, USUAL_HAND, (partner,)), 1.0), step=0.0)
+    replica = replace(follow(None, Partners(1.0, LARGEST, USUAL_HAND, (partner,)), 1.0), step=0.0)
     sight = Sight(0.01, (0.0, 0.0, 1.0), 1.0 / K_H, ZERO, ZERO)
     found = answer(
-        replica, sight, 1.0, Own(K_H, 1.0 / K_H, MOST, 0.0, math.inf, 0.0, 0.0, WISH_RATE), DT
+        replica, sight, 1.0, Own(K_H, 1.0 / K_H, LARGEST, 0.0, math.inf, 0.0, 0.0, WISH_RATE), DT
     )
     assert found.forces == [0.0, pytest.approx(0.01 * K_H)]
     weak = Partners(1.0, 1.0, USUAL_HAND, (partner,))  # the body takes no more than 1 N
     replica = replace(follow(None, weak, 1.0), step=0.0)
     found = answer(
-        replica, sight, 1.0, Own(K_H, 1.0 / K_H, MOST, 1.0, math.inf, 0.0, 0.0, WISH_RATE), DT
+        replica, sight, 1.0, Own(K_H, 1.0 / K_H, LARGEST, 1.0, math.inf, 0.0, 0.0, WISH_RATE), DT
     )
     assert found.forces[0] == pytest.approx(1.0)

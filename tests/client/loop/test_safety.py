@@ -18,7 +18,7 @@ from cohaptic_client.loop.safety import (
     SAFETY_FADE_RATE,
     Mode,
     SafetyState,
-    next_share,
+    next_fraction,
     rate_of,
     towards,
 )
@@ -86,10 +86,10 @@ def test_a_force_goes_straight_to_the_one_that_is_wanted_as_fast_as_it_may(
     """To a smaller one, too: a force that vanishes is as much of a jolt as one that comes."""
     before, target = pressing(first), clamped(second)
     way = sub(target, before.force)
-    most = LIMITS.max_rate * PERIOD
+    limit = LIMITS.max_rate * PERIOD
     expected = target
-    if norm(way) > most:
-        expected = add(before.force, scale(way, most / norm(way)))
+    if norm(way) > limit:
+        expected = add(before.force, scale(way, limit / norm(way)))
     after = play(before, [Period(second)])[-1]
     assert norm(sub(after.force, expected)) < ROUNDING
 
@@ -113,15 +113,15 @@ def test_a_force_that_is_too_large_keeps_its_direction(force: Vec3) -> None:
 
 @given(vectors(20.0), forces, st.floats(0.0, 1.0), st.floats(0.0, 1.0))
 def test_a_share_is_that_of_what_may_be_given(
-    before: Vec3, wanted: Vec3, share: float, most: float
+    before: Vec3, wanted: Vec3, fraction: float, limit: float
 ) -> None:
     """Clamped first: a share of a force far beyond the limit is less than the limit, too."""
-    state = replace(PRESSED, scale=share, force=before)
+    state = replace(PRESSED, scale=fraction, force=before)
     limits = replace(LIMITS, max_rate=1e9)
     after = guard(state, wanted, now=PERIOD, velocity=ZERO, silent=True, limits=limits)
     assert norm(sub(after.force, scale(clamped(wanted), after.scale))) < ROUNDING
-    held = towards(before, wanted, most)
-    assert norm(sub(held, before)) <= most + ROUNDING
+    held = towards(before, wanted, limit)
+    assert norm(sub(held, before)) <= limit + ROUNDING
     assert towards(before, wanted, math.inf) == wanted
 
 
@@ -195,10 +195,10 @@ def test_after_the_loop_stood_still_the_force_follows_as_slowly_as_the_hand_move
             guard(seen[-1], force, now=now, velocity=ZERO, silent=False, limits=limits, own=0.0)
         )
     steps = [norm(sub(b.force, a.force)) for a, b in pairwise(seen)]
-    most = (own / stood + BACKSTOP * EXTERNAL_RATE) * PERIOD
+    limit = (own / stood + BACKSTOP * EXTERNAL_RATE) * PERIOD
     # The late period counts as two.
-    assert max(steps[1:]) <= most + 1e-9
-    assert steps[0] <= 2.0 * most + 1e-9
+    assert max(steps[1:]) <= limit + 1e-9
+    assert steps[0] <= 2.0 * limit + 1e-9
     assert norm(sub(seen[-1].force, force)) < 1e-9
     assert seen[-1].catch_up == 0.0
 
@@ -221,13 +221,13 @@ def test_what_is_left_of_a_standstill_moves_a_force_by_no_more_than_it_was(
 
 @given(st.floats(0.0, 1.0), st.booleans(), st.floats(0.0, 40.0), st.floats(0.001, 1.0))
 def test_no_fade_moves_a_force_faster_than_others_may(
-    share: float, up: bool, size: float, time: float
+    fraction: float, up: bool, size: float, time: float
 ) -> None:
-    after = next_share(share, up, size, time, PERIOD)
+    after = next_fraction(fraction, up, size, time, PERIOD)
     assert 0.0 <= after <= 1.0
-    assert abs(after - share) * size <= SAFETY_FADE_RATE * PERIOD * (1.0 + 1e-9)
-    assert abs(after - share) <= PERIOD / time * (1.0 + 1e-9)
-    assert (after >= share) if up else (after <= share)
+    assert abs(after - fraction) * size <= SAFETY_FADE_RATE * PERIOD * (1.0 + 1e-9)
+    assert abs(after - fraction) <= PERIOD / time * (1.0 + 1e-9)
+    assert (after >= fraction) if up else (after <= fraction)
 
 
 @given(st.integers(1, 250), forces.filter(lambda f: norm(f) > 0.5))

@@ -75,8 +75,8 @@ def test_no_server_moves_a_resting_hand_faster_than_others_may(
     hand.silence()
     check(hand)
     allowed = max(hand.settings.limits.max_rate, 1e-9)
-    for change, most in zip(hand.steps(start), hand.allowed[start:], strict=True):
-        counted = most / max(allowed, 75.0 * hand.settings.limits.max_force)
+    for change, limit in zip(hand.steps(start), hand.allowed[start:], strict=True):
+        counted = limit / max(allowed, 75.0 * hand.settings.limits.max_force)
         # The second order of a turn with it.
         assert change <= BACKSTOP * EXTERNAL_RATE * counted + ROUNDING
     assert hand.forces[-1] == ZERO

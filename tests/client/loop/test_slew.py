@@ -46,15 +46,15 @@ def test_a_gain_reaches_its_target(k_h: float, target: float) -> None:
 
 @given(depths, depths, st.floats(0.0, 0.01))
 def test_what_others_do_moves_what_is_pressed_on_by_so_much_at_most(
-    depth: float, target: float, most: float
+    depth: float, target: float, limit: float
 ) -> None:
     """In contact; out of it there is no force to move, and the surface is where it is shown."""
-    held = hold_back(depth, target, most)
+    held = hold_back(depth, target, limit)
     pressed, was = max(0.0, held), max(0.0, depth)
-    assert abs(pressed - was) <= most + 1e-15
+    assert abs(pressed - was) <= limit + 1e-15
     # Towards the surface that is shown, and all the way if it may.
     assert min(was, max(0.0, target)) <= pressed <= max(was, max(0.0, target))
-    if abs(max(0.0, target) - was) <= most:
+    if abs(max(0.0, target) - was) <= limit:
         assert pressed == pytest.approx(max(0.0, target), abs=1e-15)
     if max(depth, target) <= 0.0:
         assert held == target
@@ -64,13 +64,13 @@ def test_what_others_do_moves_what_is_pressed_on_by_so_much_at_most(
 @example((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), 0.01)
 @example((0.70710677, 0.0, 0.70710677), (-0.70710677, 0.0, -0.70710677), 1.0)
 def test_a_direction_turns_by_so_much_towards_where_it_is_to_be(
-    normal: Vec3, target: Vec3, most: float
+    normal: Vec3, target: Vec3, limit: float
 ) -> None:
     """To the opposite one, too, though no way there is shorter than another."""
-    turned, by = turn_back(normal, target, most)
+    turned, by = turn_back(normal, target, limit)
     angle = between(normal, target)
     assert norm(turned) == pytest.approx(1.0)
-    assert by == pytest.approx(min(angle, most), abs=1e-6)
+    assert by == pytest.approx(min(angle, limit), abs=1e-6)
     assert between(normal, turned) == pytest.approx(by, abs=1e-6)
     assert between(turned, target) == pytest.approx(angle - by, abs=1e-6)
 

@@ -46,7 +46,7 @@ def results(period: Period) -> tuple[object, ...]:
     """What a period gives hand, server and recording."""
     return (
         period.force, period.on_body, period.anchor, period.local, period.damping_force,
-        period.u_others, period.silent, period.give,
+        period.u_others, period.silent, period.deflection,
     )  # fmt: skip
 
 
@@ -56,7 +56,7 @@ def test_before_the_first_patch_there_is_no_force_and_the_server_counts_as_silen
         assert (output.force, output.on_body, output.anchor) == (ZERO, ZERO, None)
         assert (output.local, output.damping_force, output.u_others) == (NO_FORCE, 0.0, 0.0)
         assert output.silent
-        assert output.give is None
+        assert output.deflection is None
         assert ledger_of(output, 10.0) == Ledger()
     assert shown_at(state, ZERO, 10.0, SETTINGS) is None
 

@@ -22,9 +22,9 @@ ROOM = Room(FRONT, depth=0.03, reach=0.2)
 REST = Held((0.0, 0.0), (0.0, 0.0), 0)
 START = Cursor(base=-0.11)
 PERIOD = 0.001  # s
-MOST_SPEED = 1.5  # m/s, of the safety layer
-share = st.floats(-1.0, 1.0)
-stick = st.tuples(share, share)
+MAX_SPEED = 1.5  # m/s, of the safety layer
+fraction = st.floats(-1.0, 1.0)
+stick = st.tuples(fraction, fraction)
 held = st.builds(Held, stick, stick, st.integers(0, 255))
 steps = st.lists(st.tuples(held, st.floats(0.0, 0.02), st.booleans()), max_size=30)
 
@@ -46,7 +46,7 @@ def test_the_tip_stays_in_its_room_and_is_as_fast_as_it_says(
         before = position(cursor, room.axes)
         cursor = moved(cursor, hands, dt, room, contact=contact)
         speed = norm(velocity(cursor, room.axes))
-        assert speed < 0.5 * MOST_SPEED
+        assert speed < 0.5 * MAX_SPEED
         # At a wall it is cut off in the middle of a step, and no slower before it.
         assert norm(sub(position(cursor, room.axes), before)) <= 0.75 * dt + 1e-12
         assert abs(cursor.side) <= room.reach

@@ -88,7 +88,7 @@ class ScriptedPad:
         self._clock.sleep_until(self._clock.now() + (0.001 if each else 0.004))
         self._loop -= 1
         if self._loop >= 0:
-            self.link.give(self.given.popleft() if self.given else FELT)
+            self.link.send(self.given.popleft() if self.given else FELT)
         return list(each)[:size]
 
     def write(self, data: bytes) -> int:
@@ -115,7 +115,7 @@ def told_by(
     pad.made.set()
     assert pad.over.wait(30.0)
     with pytest.raises(DeviceError) as caught:
-        pad.link.give(FELT)
+        pad.link.send(FELT)
     pad.link.close()
     pad.link.close()
     return pad, caught.value

@@ -34,7 +34,7 @@ class FakeLink:
         told, self.told = self.told, None
         return told
 
-    def give(self, effects: Effects) -> None:
+    def send(self, effects: Effects) -> None:
         if self.trouble is not None:
             raise self.trouble
         self.given.append(effects)

@@ -29,7 +29,7 @@ def test_any_report_is_refused_or_tells_what_can_be(report: list[int], side: Sid
     whole = len(report) == 64 and report[0] == 1 and 0 <= min(report) <= max(report) <= 255
     assert (held is not None) == whole
     if held is not None:
-        assert all(-1.0 <= share <= 1.0 for share in (*held.left, *held.right))
+        assert all(-1.0 <= fraction <= 1.0 for fraction in (*held.left, *held.right))
         assert 0 <= held.pull <= 255
         assert 0 <= held.buttons < 1 << 15
 

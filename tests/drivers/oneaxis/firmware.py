@@ -106,8 +106,8 @@ class Rig:
     def wrap(self, raw: int, span: int) -> None:
         self._c.rig_wrap(self._rig, raw, span)
 
-    def duty(self, milliamps: int, most: int = 255) -> int:
-        return int(self._c.rig_duty(self._rig, milliamps, most))
+    def duty(self, milliamps: int, limit: int = 255) -> int:
+        return int(self._c.rig_duty(self._rig, milliamps, limit))
 
     @property
     def counts(self) -> int:
@@ -119,7 +119,7 @@ class Rig:
         return float(self._c.rig_place(self._rig))
 
     @property
-    def most(self) -> float:
+    def limit(self) -> float:
         """Current that the motor ever had [A]."""
         return float(self._c.rig_most(self._rig))
 

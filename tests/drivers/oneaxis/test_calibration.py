@@ -69,7 +69,7 @@ def test_it_finds_counts_and_directions(board: Board, turned: bool) -> None:
     assert lines[0].startswith("counts_per_metre = ")
     assert float(lines[0].split(" = ")[1]) == pytest.approx(80_000, rel=0.01)
     assert lines[1] == f"sensor_direction = {-1 if turned else 1}"
-    assert board.rig.most <= NUDGE * 0.5 + 1e-3
+    assert board.rig.limit <= NUDGE * 0.5 + 1e-3
     until(lambda: board.current == 0.0)
     # The hand of this rig holds its handle: 0.125 A are 0.75 N and 1.9 mm, too little to be sure.
     assert lines[2].startswith("# The handle did not move")
@@ -99,7 +99,7 @@ def test_a_handle_that_does_not_come_to_rest_is_told(
     monkeypatch.setattr("cohaptic_drivers.oneaxis.calibration._LONGEST_REST", 0.5)
     with pytest.raises(DeviceError, match="does not come to rest; let go of it"):
         asked(board, WAY, after=100.0)
-    assert board.rig.most == 0.0
+    assert board.rig.limit == 0.0
 
 
 class Falling:
@@ -115,7 +115,7 @@ class Falling:
     def sleep_until(self, when: float) -> None:
         self.time = when
 
-    def give(self, amperes: float) -> None:
+    def send(self, amperes: float) -> None:
         self.amperes = amperes
 
     def poll(self) -> Report:
@@ -141,14 +141,14 @@ class Swinging(Falling):
 
     def __init__(self, counts: float, stall: float) -> None:
         super().__init__()
-        self._most, self._stall, self._looks = counts, stall, 0
+        self._limit, self._stall, self._looks = counts, stall, 0
 
     def poll(self) -> Report:
         self._looks += 1
         # Each look polls twice: what is old is thrown away first.
         self.time += self._stall if self._looks == 3 else 0.001
         left = max(0.0, 1.0 - self.time)
-        self.counts = round(self._most * left * math.cos(2.0 * math.pi * self.time / 0.25))
+        self.counts = round(self._limit * left * math.cos(2.0 * math.pi * self.time / 0.25))
         return Report(0, self.time, self.counts, self.amperes)
 
 

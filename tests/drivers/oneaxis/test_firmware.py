@@ -76,8 +76,10 @@ def test_no_bytes_give_a_current_above_the_limit_or_one_that_stays(
         end = now + pause
         while True:
             current, silent = abs(rig.drive(1e-6 * now)), heard is None or now - heard > _SILENCE
-            most = 0 if silent or begun is None else min(LIMIT, LIMIT * 1e-6 * (now - begun) / RAMP)
-            assert current <= most
+            limit = (
+                0 if silent or begun is None else min(LIMIT, LIMIT * 1e-6 * (now - begun) / RAMP)
+            )
+            assert current <= limit
             assert all(
                 abs(each.current) <= 1e-3 * LIMIT for each in told if isinstance(each, Report)
             )

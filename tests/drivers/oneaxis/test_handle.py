@@ -38,11 +38,11 @@ class Link:
         told, self.told = self.told, None
         return told
 
-    def give(self, amperes: float) -> None:
+    def send(self, amperes: float) -> None:
         self.given.append(amperes)
 
     def release(self) -> None:
-        self.give(0.0)
+        self.send(0.0)
 
     def close(self) -> None:
         self.ends += 1
@@ -179,5 +179,5 @@ def test_a_motor_the_wrong_way_round_pulls_in_and_no_harder_than_the_limit(
     yielded = board.rig.place - 0.006
     assert (yielded < -1e-3) == (direction > 0.0)
     assert (yielded > 1e-3) == (direction < 0.0)
-    assert 6.0 * board.rig.most <= limits.max_force + 0.01
+    assert 6.0 * board.rig.limit <= limits.max_force + 0.01
     assert state.safety.fault == ""

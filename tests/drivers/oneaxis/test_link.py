@@ -98,7 +98,7 @@ def test_without_a_file_it_senses_only(bench: Bench) -> None:
     assert (device.info.max_force, device.info.force_axes) == (0.0, 0)
     for _ in range(100):
         bench.step(device)
-    assert board.rig.most == 0.0
+    assert board.rig.limit == 0.0
 
 
 def test_with_force_off_its_motor_stays_off(bench: Bench) -> None:
@@ -106,7 +106,7 @@ def test_with_force_off_its_motor_stays_off(bench: Bench) -> None:
     device = bench.open(board, "force=off")
     for _ in range(100):
         bench.step(device)
-    assert board.rig.most == 0.0
+    assert board.rig.limit == 0.0
 
 
 def test_a_file_that_asks_for_more_than_the_board_gives(bench: Bench) -> None:
@@ -115,7 +115,7 @@ def test_a_file_that_asks_for_more_than_the_board_gives(bench: Bench) -> None:
     device = bench.open(board)
     assert device.info.max_force == 1.0
     until(lambda: bench.step(device, (0.0, -50.0, 0.0)) and board.current == -0.2)
-    assert board.rig.most == 0.2
+    assert board.rig.limit == 0.2
 
 
 def test_a_board_that_starts_swallows_the_first_calls_and_is_called_again(bench: Bench) -> None:
@@ -199,7 +199,7 @@ def test_two_boards_at_once(bench: Bench) -> None:
     left, right = bench.board(), bench.board()
     one, two = bench.open(left), bench.open(right)
     bench.press(one, left)
-    assert right.rig.most == 0.0
+    assert right.rig.limit == 0.0
     left.unplug()
     bench.end_of(one)
     bench.press(two, right)

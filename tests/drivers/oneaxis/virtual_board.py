@@ -29,7 +29,7 @@ class VirtualBoard:
         """The driver on this board, which presses away from the user."""
         (described,) = self._reader.take(self.rig.receive(identify(0), self.time))
         assert isinstance(described, Description)
-        self.give(0.0)
+        self.send(0.0)
         first = self.poll()
         assert first is not None
         return Handle(unit, self, described, first, axis=(0.0, 1.0, 0.0))
@@ -42,7 +42,7 @@ class VirtualBoard:
             self.time += 0.5 * PERIOD
             self.rig.step(self.time, 0.5 * PERIOD)
 
-    def give(self, amperes: float) -> None:
+    def send(self, amperes: float) -> None:
         self._sequence += 1
         (told,) = self._reader.take(self.rig.receive(command(self._sequence, amperes), self.time))
         assert isinstance(told, Report)
@@ -53,7 +53,7 @@ class VirtualBoard:
         return told
 
     def release(self) -> None:
-        self.give(0.0)
+        self.send(0.0)
 
     def close(self) -> None:
         self.rig.close()

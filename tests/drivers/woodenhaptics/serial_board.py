@@ -10,7 +10,7 @@ import tty
 
 from cohaptic.vec import ZERO, Vec3
 
-MOST = 6000  # mA; above it a motor gets none
+LARGEST = 6000  # mA; above it a motor gets none
 
 
 class SerialBoard:
@@ -87,8 +87,8 @@ class SerialBoard:
         except ValueError:
             return 1024
         self.currents = (
-            float(a) if abs(a) <= MOST else 0.0,
-            float(b) if abs(b) <= MOST else 0.0,
-            float(c) if abs(c) <= MOST else 0.0,
+            float(a) if abs(a) <= LARGEST else 0.0,
+            float(b) if abs(b) <= LARGEST else 0.0,
+            float(c) if abs(c) <= LARGEST else 0.0,
         )
         return 0

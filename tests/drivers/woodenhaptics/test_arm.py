@@ -56,17 +56,17 @@ def linked() -> tuple[ScriptedPort, SerialLink, ManualClock]:
 
 def test_a_command_waits_for_the_answer_to_the_one_before_and_not_for_long() -> None:
     port, link, clock = linked()
-    link.give(PUSH)
-    link.give(PUSH)
+    link.send(PUSH)
+    link.send(PUSH)
     assert port.sent == [command_line(PUSH)]
     clock.sleep_until(clock.now() + 0.006)  # however long the loop's own time stands
-    link.give(PUSH)
+    link.send(PUSH)
     assert port.sent == [command_line(PUSH)] * 2
 
 
 def test_another_thread_says_zero_at_once_whatever_was_said_before() -> None:
     port, link, _ = linked()
-    link.give(PUSH)
+    link.send(PUSH)
     link.release()
     link.release()
     assert port.sent[1:] == [command_line(ZERO)] * 2
@@ -74,7 +74,7 @@ def test_another_thread_says_zero_at_once_whatever_was_said_before() -> None:
 
 @pytest.mark.parametrize("answers", [True, False])
 def test_at_the_end_the_hand_is_let_go_along_a_ramp(answers: bool) -> None:
-    """Nobody reads the device then: `give` itself looks for answers."""
+    """Nobody reads the device then: `deflection` itself looks for answers."""
     port, link, clock = linked()
     arm = WoodenArm(UNITS["woodenhaptics"], link, Told((0.0, 0.0, 0.0), model=3))
     arm.read(0.0)

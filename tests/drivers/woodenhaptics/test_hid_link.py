@@ -65,7 +65,7 @@ class ScriptedBoard:
             raise OSError("the script is over")
         spoke = self._script.pop(0) == "1"
         self._clock.sleep_until(self._clock.now() + (0.001 if spoke else 0.01))
-        self.link.give(self._given)  # the loop goes on
+        self.link.send(self._given)  # the loop goes on
         return [0] * size if spoke else []
 
     def write(self, data: bytes) -> int:

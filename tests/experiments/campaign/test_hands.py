@@ -26,14 +26,14 @@ from cohaptic_experiments.campaign.trials import (
 from cohaptic_experiments.campaign.variants import Coupling, Variant, lag_of
 from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.spring import Spring, SpringSettings
-from cohaptic_server.world.applied_forces import allowed_shares, limit_forces
+from cohaptic_server.world.applied_forces import allowed_fractions, limit_forces
 from tests.examples_of_laws import examples
 from tests.experiments.quick_run import check_quick_run
 
 pytestmark = pytest.mark.night  # its kernel is compiled first, for half a minute
 
 OURS = RULES[-1]
-FAST_SHARES, FAST_BOUNDED = compiled(allowed_shares), compiled(limit_forces)
+FAST_FRACTIONS, FAST_BOUNDED = compiled(allowed_fractions), compiled(limit_forces)
 
 
 def two_on_a_plate(law: Law, delay: float) -> Trial:
@@ -97,7 +97,7 @@ def test_compiled_limits_are_the_servers(demands: list[float], k: float) -> None
     change, n = np.array(demands), len(demands)
     C = np.full((n, n), 0.5 / k) + 0.5 / k * np.eye(n)
     taken = (change, np.full(n, k), C, 1.0)
-    assert FAST_SHARES(*taken) == pytest.approx(allowed_shares(*taken), rel=1e-12)
+    assert FAST_FRACTIONS(*taken) == pytest.approx(allowed_fractions(*taken), rel=1e-12)
     whole = (change, np.full(n, np.inf))
     assert FAST_BOUNDED(*whole) == pytest.approx(limit_forces(*whole), rel=1e-12)
 
@@ -109,7 +109,7 @@ def test_with_neither_lag_nor_anticipation_the_room_swings(monkeypatch: pytest.M
     assert play(trials, OURS.without_passivity, seconds=8.0).unstable.sum() == 0
 
     def none(trial: Trial, variant: Variant) -> tuple[float, Coupling]:
-        return 0.0, lag_of(trial, variant)[1]._replace(share=-1.0)
+        return 0.0, lag_of(trial, variant)[1]._replace(fraction=-1.0)
 
     monkeypatch.setattr(simulation, "lag_of", none)
     assert play(trials, OURS, seconds=8.0).unstable.sum() > 0

@@ -34,9 +34,9 @@ def test_a_measurement_is_shown_written_and_drawn(
     assert (near["bandwidth_hz"] or math.inf) > 15.0
     assert (far["bandwidth_hz"] or math.inf) > 15.0
     assert max(near["largest"], far["largest"]) < 1.2
-    for row, ways, most in ((near, 0.0, 55.0), (far, 160.0, 220.0)):
+    for row, ways, limit in ((near, 0.0, 55.0), (far, 160.0, 220.0)):
         (press,) = row["press"]
-        assert ways < press["onset_ms"] < press["half_ms"] < press["most_ms"] < most
+        assert ways < press["onset_ms"] < press["half_ms"] < press["most_ms"] < limit
         assert press["change_n"] == pytest.approx(press["true_change_n"], rel=0.01)
         assert len(row["others"]) == len(row["own"]) == len(row["frequencies_hz"])
         assert row["budget_ms"] is None

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_ops.rooms.front import MOST, target_of
+from cohaptic_ops.rooms.front import LARGEST, target_of
 
 TARGETS = st.text(st.characters(min_codepoint=0x21, max_codepoint=0x7E), min_size=1, max_size=300)
 METHODS = st.sampled_from(["GET", "HEAD", "POST", "OPTIONS"])
@@ -25,7 +25,7 @@ def test_every_part_of_a_request_line_waits_for_the_rest(
     assert target_of(line[: data.draw(st.integers(0, len(line) - 1))]) is None
 
 
-@given(st.binary(min_size=MOST))
+@given(st.binary(min_size=LARGEST))
 def test_nothing_waits_beyond_the_longest_line(seen: bytes) -> None:
     assert target_of(seen) is not None
 
@@ -40,7 +40,7 @@ def test_nothing_waits_beyond_the_longest_line(seen: bytes) -> None:
         b"GET /\r\n",
         b"\r\n",
         b"GET /\xff HTTP/1.1\r\n",
-        b"GET /" + b"x" * MOST,
+        b"GET /" + b"x" * LARGEST,
     ],
 )
 def test_what_is_no_request_is_no_rooms(seen: bytes) -> None:

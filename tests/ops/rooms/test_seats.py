@@ -12,7 +12,7 @@ from cohaptic_server.room.room import Seating
 from tests.examples_of_laws import examples
 
 TOTAL = 7
-MOST = {"a": 4, "b": 5, "c": 3}
+LARGEST = {"a": 4, "b": 5, "c": 3}
 
 
 class Seated(RuleBasedStateMachine):
@@ -20,16 +20,16 @@ class Seated(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.pool = SeatPool(TOTAL, MOST)
-        self.there = set(MOST)
-        self.rooms = {name: self.fresh(name) for name in MOST}
-        self.used = dict.fromkeys(MOST, 0)
-        self.serial = dict.fromkeys(MOST, 0)
-        self.down: dict[str, deque[tuple[int, int]]] = {name: deque() for name in MOST}
-        self.up: dict[str, deque[tuple[int, int, int]]] = {name: deque() for name in MOST}
+        self.pool = SeatPool(TOTAL, LARGEST)
+        self.there = set(LARGEST)
+        self.rooms = {name: self.fresh(name) for name in LARGEST}
+        self.used = dict.fromkeys(LARGEST, 0)
+        self.serial = dict.fromkeys(LARGEST, 0)
+        self.down: dict[str, deque[tuple[int, int]]] = {name: deque() for name in LARGEST}
+        self.up: dict[str, deque[tuple[int, int, int]]] = {name: deque() for name in LARGEST}
 
     def fresh(self, name: str) -> Seating:
-        seats = Seating(MOST[name], "users")
+        seats = Seating(LARGEST[name], "users")
         seats.allow(0, 0)
         return seats
 
@@ -38,34 +38,34 @@ class Seated(RuleBasedStateMachine):
         for name, wanted in self.pool.share(self.there).items():
             self.down[name].append((wanted, self.pool[name].serial))
 
-    @rule(name=st.sampled_from(sorted(MOST)))
+    @rule(name=st.sampled_from(sorted(LARGEST)))
     def read(self, name: str) -> None:
         if self.down[name]:
             wanted, self.serial[name] = self.down[name].popleft()
             self.rooms[name].allow(wanted, self.used[name])
 
-    @rule(name=st.sampled_from(sorted(MOST)))
+    @rule(name=st.sampled_from(sorted(LARGEST)))
     def come(self, name: str) -> None:
         held = self.rooms[name].held or 0
-        if self.used[name] < min(held, MOST[name]):
+        if self.used[name] < min(held, LARGEST[name]):
             self.rooms[name].check(self.used[name])
             self.used[name] += 1
 
-    @rule(name=st.sampled_from(sorted(MOST)))
+    @rule(name=st.sampled_from(sorted(LARGEST)))
     def leave(self, name: str) -> None:
         self.used[name] = max(0, self.used[name] - 1)
 
-    @rule(name=st.sampled_from(sorted(MOST)))
+    @rule(name=st.sampled_from(sorted(LARGEST)))
     def tell(self, name: str) -> None:
         held = self.rooms[name].give_back(self.used[name])
         self.up[name].append((held, self.used[name], self.serial[name]))
 
-    @rule(name=st.sampled_from(sorted(MOST)))
+    @rule(name=st.sampled_from(sorted(LARGEST)))
     def hear(self, name: str) -> None:
         if self.up[name]:
             self.pool.report(name, *self.up[name].popleft())
 
-    @rule(name=st.sampled_from(sorted(MOST)))
+    @rule(name=st.sampled_from(sorted(LARGEST)))
     def end(self, name: str) -> None:
         self.rooms[name], self.used[name] = self.fresh(name), 0
         self.serial[name] = 0
@@ -74,7 +74,7 @@ class Seated(RuleBasedStateMachine):
         self.pool.lose(name)
         self.there.discard(name)
 
-    @rule(name=st.sampled_from(sorted(MOST)))
+    @rule(name=st.sampled_from(sorted(LARGEST)))
     def begin(self, name: str) -> None:
         self.there.add(name)
 
@@ -93,17 +93,17 @@ TestSeated.settings = hypothesis_settings(
 
 @given(st.integers(0, 30), st.dictionaries(st.text(max_size=3), st.integers(0, 9), max_size=6))
 def test_all_seats_are_shared_as_far_as_rooms_can_use_them(
-    total: int, most: dict[str, int]
+    total: int, limit: dict[str, int]
 ) -> None:
-    pool = SeatPool(total, most)
-    shares = pool.share(most)
-    given_ = [shares.get(name, 0) for name in most]
-    assert sum(given_) == min(total, sum(most.values()))
-    assert all(number <= most[name] for name, number in shares.items())
+    pool = SeatPool(total, limit)
+    shares = pool.share(limit)
+    given_ = [shares.get(name, 0) for name in limit]
+    assert sum(given_) == min(total, sum(limit.values()))
+    assert all(number <= limit[name] for name, number in shares.items())
     # Nobody has two less than another one unless it can use no more.
-    for name, number in zip(most, given_, strict=True):
-        assert number == most[name] or number >= max(given_, default=0) - 1
-    assert pool.share(most) == {}
+    for name, number in zip(limit, given_, strict=True):
+        assert number == limit[name] or number >= max(given_, default=0) - 1
+    assert pool.share(limit) == {}
 
 
 def test_a_room_that_was_told_to_hold_fewer_is_believed_once_it_has_read_that() -> None:

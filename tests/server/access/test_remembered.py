@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from cohaptic_server.access.remembered import (
     LONGEST,
-    MOST_REMOVED,
+    MAX_REMOVED,
     Pardon,
     Record,
     Removal,
@@ -60,9 +60,9 @@ def test_what_counts_is_the_same_however_often_it_is_sorted_out(
 def test_the_newest_who_were_put_out_are_kept() -> None:
     removals = [
         Removal(session=str(i), invitation="", name="", source="", at=0.0, until=None)
-        for i in range(2 * MOST_REMOVED)
+        for i in range(2 * MAX_REMOVED)
     ]
-    assert still_counting(removals, 0.0) == removals[MOST_REMOVED:]
+    assert still_counting(removals, 0.0) == removals[MAX_REMOVED:]
 
 
 FEW = st.sampled_from("abc")

@@ -12,7 +12,7 @@ from cohaptic_server.access.keys import Denied
 def test_a_token_is_used_once_within_its_life_and_the_memory_is_bounded(
     uses: list[tuple[int, float]],
 ) -> None:
-    used, now, last = UsedTokens(most=3), 0.0, dict[int, float]()
+    used, now, last = UsedTokens(limit=3), 0.0, dict[int, float]()
     for name, step in uses:
         now += step
         try:
@@ -29,7 +29,7 @@ def test_a_token_is_used_once_within_its_life_and_the_memory_is_bounded(
 
 
 def test_when_it_is_full_nobody_new_comes_in_and_no_token_counts_twice() -> None:
-    used = UsedTokens(most=2)
+    used = UsedTokens(limit=2)
     used.use("a", 10.0, 0.0)
     used.use("b", 20.0, 0.0)
     with pytest.raises(Denied, match="the limit: try again later"):

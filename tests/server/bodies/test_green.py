@@ -60,7 +60,7 @@ class Held:
         self.allowed = threading.Event()
         self.asked: list[int] = []
         self.at_once = 0
-        self.most_at_once = 0
+        self.max_at_once = 0
 
     @property
     def mesh(self) -> SurfaceMesh:
@@ -69,7 +69,7 @@ class Held:
     def green(self, vertex: int) -> Floats:
         self.asked.append(vertex)
         self.at_once += 1
-        self.most_at_once = max(self.most_at_once, self.at_once)
+        self.max_at_once = max(self.max_at_once, self.at_once)
         assert self.allowed.wait(PATIENCE)
         self.at_once -= 1
         return self._source.green(vertex)
@@ -100,7 +100,7 @@ def test_blocks_are_solved_once_beside_the_loop_and_kept(small_balloon: Balloon)
 
     asyncio.run(play())
     assert sorted(held.asked) == [1, 2, 3]
-    assert held.most_at_once == 1
+    assert held.max_at_once == 1
 
 
 def test_what_waits_and_what_is_kept_is_bounded(small_balloon: Balloon) -> None:

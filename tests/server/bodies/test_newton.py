@@ -74,12 +74,12 @@ def test_a_tangent_that_is_all_but_singular_is_not_believed() -> None:
             step *= 0.3
             continue
         force, response = force + step, tried
-        shares = np.zeros((2, *solid.shape.nodes.shape))
+        fractions = np.zeros((2, *solid.shape.nodes.shape))
         for i, load in enumerate(strut_loads(solid, force)):
             at = solid.shape.surface[load.vertices]
-            shares[i, at] = load.weights[:, None] * load.direction
-        fields = newton.fields(tangent, shares)
-        largest = max(largest, float((shares[1] * fields[1]).sum()) / at_rest)
+            fractions[i, at] = load.weights[:, None] * load.direction
+        fields = newton.fields(tangent, fractions)
+        largest = max(largest, float((fractions[1] * fields[1]).sum()) / at_rest)
         told = max(told, float(response.compliance[1, 1]) / at_rest)
     assert 3e-3 < force < 5e-3
     assert largest > 10.0 * SOFTENING

@@ -17,8 +17,8 @@ def test_compliance_of_the_vertices_is_that_of_contacts_there(small_balloon: Bal
     for k in range(0, len(table), 7):
         vertices, weights = pressure(mesh, mesh.vertices[k], small_balloon.contact_radius)
         dof = (3 * vertices[:, None] + np.arange(3)).ravel()
-        share = (weights[:, None] * mesh.normals[k]).ravel()
-        direct = share @ small_balloon.compliance[np.ix_(dof, dof)] @ share
+        fraction = (weights[:, None] * mesh.normals[k]).ravel()
+        direct = fraction @ small_balloon.compliance[np.ix_(dof, dof)] @ fraction
         assert table[k] == pytest.approx(direct, rel=1e-9, abs=1e-15)
 
 

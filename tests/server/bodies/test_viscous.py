@@ -39,9 +39,11 @@ def test_it_is_equation_9_with_b_o_in_proportion() -> None:
     for tick in range(60):
         loads = [press(balloon(), (1.0, 0.03 * min(tick, 20), 0.2), 3.0 if tick < 30 else 0.0)]
         response, expected = body.respond(loads, response), own.respond(loads, expected)
-        most = np.abs(expected.displacement).max()
+        largest = np.abs(expected.displacement).max()
         # A thousandth of each load that was is let go of.
-        assert response.displacement == pytest.approx(expected.displacement, abs=1e-4 + 0.01 * most)
+        assert response.displacement == pytest.approx(
+            expected.displacement, abs=1e-4 + 0.01 * largest
+        )
         assert response.compliance == pytest.approx(expected.compliance, rel=1e-9)
         assert response.energy == pytest.approx(expected.energy, rel=0.02, abs=1e-6)
     assert response is not None
@@ -58,9 +60,9 @@ def test_a_press_creeps_to_the_elastic_place(b: float, force: float) -> None:
     for tick in range(1, 40):
         response = body.respond([load], response)
         reached.append(response)
-        share = 1.0 - (b / (1.0 + b)) ** tick
-        assert response.displacement == pytest.approx(share * end.displacement, abs=1e-12)
-        assert response.energy == pytest.approx(share**2 * end.energy, rel=1e-9)
+        fraction = 1.0 - (b / (1.0 + b)) ** tick
+        assert response.displacement == pytest.approx(fraction * end.displacement, abs=1e-12)
+        assert response.energy == pytest.approx(fraction**2 * end.energy, rel=1e-9)
         assert len(response.carried) == 1
     assert response is not None
     assert response.compliance == pytest.approx(end.compliance)

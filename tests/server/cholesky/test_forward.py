@@ -19,7 +19,7 @@ def factor() -> Factor:
     return factorise(matrix, points, on_surface(points))
 
 
-def shares() -> sp.csr_array:
+def fractions() -> sp.csr_array:
     """Presses on a few random nodes of the surface each; the last one has none."""
     _, points = problem()
     rng = np.random.default_rng(3)
@@ -33,15 +33,15 @@ def shares() -> sp.csr_array:
 def expected() -> Floats:
     """The compliance between all of them by a general solver, shape (3 r, 3 r)."""
     matrix, _ = problem()
-    forces = sp.kron(shares(), sp.eye_array(3)).toarray()
+    forces = sp.kron(fractions(), sp.eye_array(3)).toarray()
     return np.asarray(forces.T @ scipy.sparse.linalg.spsolve(matrix.tocsc(), forces))
 
 
 def test_compliances_are_those_of_a_general_solver() -> None:
     exact = expected()
-    mutual = factorising.mutual_compliance(factor(), shares())
+    mutual = factorising.mutual_compliance(factor(), fractions())
     assert np.abs(mutual - exact).max() < 1e-11 * np.abs(exact).max()
-    own = factorising.self_compliance(factor(), shares())
+    own = factorising.self_compliance(factor(), fractions())
     blocks = exact.reshape(PRESSES, 3, PRESSES, 3)[np.arange(PRESSES), :, np.arange(PRESSES)]
     assert np.abs(own - blocks).max() < 1e-11 * np.abs(exact).max()
     assert np.array_equal(own, own.transpose(0, 2, 1))
@@ -50,7 +50,7 @@ def test_compliances_are_those_of_a_general_solver() -> None:
 
 
 def test_a_press_alone_has_what_it_has_among_others() -> None:
-    together = factorising.self_compliance(factor(), shares())
+    together = factorising.self_compliance(factor(), fractions())
     for press in range(0, PRESSES, 9):
-        alone = factorising.self_compliance(factor(), sp.csr_array(shares()[:, [press]]))
+        alone = factorising.self_compliance(factor(), sp.csr_array(fractions()[:, [press]]))
         assert alone[0] == pytest.approx(together[press], rel=1e-12)

@@ -60,6 +60,6 @@ def test_what_was_found_good_goes_on_answering() -> None:
     b = np.random.default_rng(0).normal(size=(ANALYSIS.size, 5))
     factor = Refined(Workspaces(ANALYSIS), blocks_of(ANALYSIS, K))
     expected = np.linalg.solve(K, b)[ANALYSIS.dof]
-    most = np.abs(expected).max()
-    assert factor.solve(b[ANALYSIS.dof]) == pytest.approx(expected, abs=1e-9 * most)
-    assert factor.approximate(b[ANALYSIS.dof]) == pytest.approx(expected, abs=1e-3 * most)
+    largest = np.abs(expected).max()
+    assert factor.solve(b[ANALYSIS.dof]) == pytest.approx(expected, abs=1e-9 * largest)
+    assert factor.approximate(b[ANALYSIS.dof]) == pytest.approx(expected, abs=1e-3 * largest)

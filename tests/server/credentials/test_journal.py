@@ -18,7 +18,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic_server.access.remembered import Record, Used
 from cohaptic_server.credentials import journal as module
-from cohaptic_server.credentials.journal import MOST_WAITING, Journal
+from cohaptic_server.credentials.journal import MAX_WAITING, Journal
 from tests.patience import PATIENCE
 
 pytestmark = pytest.mark.live
@@ -225,7 +225,7 @@ def test_a_disk_that_hangs_costs_a_bounded_memory_and_no_wait(
     journal.keep(used(0))
     entered.wait()
     with caplog.at_level(logging.WARNING):
-        for i in range(2 * MOST_WAITING):
+        for i in range(2 * MAX_WAITING):
             journal.keep(used(i))
     assert caplog.text.count("not kept any more") == 1
     monkeypatch.setattr(module, "_CLOSING", 0.01)

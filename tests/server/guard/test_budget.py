@@ -21,8 +21,8 @@ def test_in_any_time_no_more_is_spent_than_the_burst_and_the_rate_of_that_time(
     for first in range(len(times)):
         for last in range(first, len(times)):
             within = spent[last + 1] - spent[first]
-            most = budget.burst + budget.rate * (times[last] - times[first])
-            assert within <= most * (1.0 + 1e-6) + 1e-6
+            limit = budget.burst + budget.rate * (times[last] - times[first])
+            assert within <= limit * (1.0 + 1e-6) + 1e-6
 
 
 @given(budgets, st.integers(1, 200))

@@ -17,11 +17,11 @@ seeds = st.integers(0, 2**32 - 1)
 @given(seeds)
 @settings(max_examples=examples(20), deadline=None)
 def test_each_corner_gets_its_share_and_nothing_is_lost(seed: int) -> None:
-    shares = np.random.default_rng(seed).normal(size=(M, 3, 3))
-    whole = scatter_vector(shares, FACES, N).reshape(N, 3)
-    assert whole.sum(axis=0) == pytest.approx(shares.sum(axis=(0, 1)))
+    fractions = np.random.default_rng(seed).normal(size=(M, 3, 3))
+    whole = scatter_vector(fractions, FACES, N).reshape(N, 3)
+    assert whole.sum(axis=0) == pytest.approx(fractions.sum(axis=(0, 1)))
     for vertex in (0, N // 2, N - 1):
-        assert whole[vertex] == pytest.approx(shares[vertex == FACES].sum(axis=0))
+        assert whole[vertex] == pytest.approx(fractions[vertex == FACES].sum(axis=0))
 
 
 @given(seeds)

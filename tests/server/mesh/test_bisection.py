@@ -68,9 +68,9 @@ def _sides(face: tuple[int, ...]) -> list[tuple[int, int]]:
 
 @given(seeds, st.integers(60, 3000))
 @settings(max_examples=examples(20), deadline=None)
-def test_there_are_never_more_than_there_may_be(seed: int, most: int) -> None:
+def test_there_are_never_more_than_there_may_be(seed: int, limit: int) -> None:
     mesh = shaken(seed)
-    found = with_shorter_edges(mesh, even(mesh, 0.009), most)
-    assert len(found.tets.tets) <= max(most, len(mesh.tets))
+    found = with_shorter_edges(mesh, even(mesh, 0.009), limit)
+    assert len(found.tets.tets) <= max(limit, len(mesh.tets))
     # What was reached is reached everywhere.
     assert longest_edges(found.tets).max() <= 0.009 * found.excess * (1.0 + 1e-12)

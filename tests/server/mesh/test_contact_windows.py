@@ -11,7 +11,7 @@ from cohaptic_server.numeric import Floats, union
 from tests.examples_of_laws import examples
 from tests.server.windows import choose
 
-MOST = 40  # vertices that are carried: fewer than are near, so that the bound is met
+LARGEST = 40  # vertices that are carried: fewer than are near, so that the bound is met
 
 
 def places() -> st.SearchStrategy[Floats]:
@@ -34,7 +34,7 @@ def test_a_window_is_what_lies_near_and_what_is_carried(
     mesh, touch = touched.body.mesh, touched.mesh
     path = (np.array([0.0, 1.0, 0.5]), length, 0.05)
     normal = foot / max(1e-9, float(np.linalg.norm(foot)))
-    found = choose(touched, foot, normal, radius, reach, path, MOST if carries else 0)
+    found = choose(touched, foot, normal, radius, reach, path, LARGEST if carries else 0)
     near = np.flatnonzero(np.linalg.norm(mesh.vertices - foot, axis=1) <= radius)
     shape = touch.vertices[np.linalg.norm(touch.points - foot, axis=1) <= reach]
     assert found.vertices.tolist() == union(near, shape, touch.vertices[found.touched]).tolist()
@@ -42,5 +42,5 @@ def test_a_window_is_what_lies_near_and_what_is_carried(
     among = np.isin(found.vertices, touch.vertices) & facing
     assert found.fitted.tolist() == np.flatnonzero(among).tolist()
     assert (found.vertices[found.carried] == touch.vertices[found.touched]).all()
-    assert len(found.touched) <= (MOST if carries else 0)
+    assert len(found.touched) <= (LARGEST if carries else 0)
     assert (np.diff(found.touched) > 0).all()

@@ -18,6 +18,6 @@ def test_the_nearest_point_of_a_tetrahedron_beats_every_other_one(seed: int) -> 
     mesh = SurfaceMesh(rng.normal(size=(4, 3)), TETRAHEDRON)
     p = rng.normal(size=3) * 2
     best = np.linalg.norm(nearest_point(mesh, p) - p)
-    shares = rng.dirichlet([1, 1, 1], size=300)
-    others = np.einsum("sk,fki->fsi", shares, mesh.vertices[mesh.faces]) - p
+    fractions = rng.dirichlet([1, 1, 1], size=300)
+    others = np.einsum("sk,fki->fsi", fractions, mesh.vertices[mesh.faces]) - p
     assert best <= np.linalg.norm(others, axis=2).min() + 1e-9

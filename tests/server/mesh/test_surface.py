@@ -13,9 +13,9 @@ MESH = SurfaceMesh(X, FACES)
 def test_quadrature_points_lie_in_their_faces_and_cover_the_surface() -> None:
     q = MESH.quadrature
     corners = MESH.vertices[q.vertices]
-    assert q.points == pytest.approx(np.einsum("qk,qki->qi", q.shares, corners))
-    assert q.shares.min() > 0.0
-    assert q.shares.sum(axis=1) == pytest.approx(1.0)
+    assert q.points == pytest.approx(np.einsum("qk,qki->qi", q.fractions, corners))
+    assert q.fractions.min() > 0.0
+    assert q.fractions.sum(axis=1) == pytest.approx(1.0)
     areas = np.linalg.norm(face_area_vectors(MESH.vertices, MESH.faces), axis=1)
     assert q.areas.sum() == pytest.approx(areas.sum())
 

@@ -33,11 +33,11 @@ def turned(x: Floats, turn: float) -> Floats:
 @given(st.floats(1e-4, 4.0 * THIN * LENGTH), st.floats(0.0, 2.0 * np.pi))
 @settings(max_examples=examples(40), deadline=None)
 def test_a_plate_has_its_thickness_up_to_the_most(thickness: float, turn: float) -> None:
-    mesh, most = plate(thickness), THIN * LENGTH
-    found = layer_thickness(turned(mesh.vertices, turn), boundary(mesh.tets), most)
-    if thickness < 0.99 * most:
+    mesh, limit = plate(thickness), THIN * LENGTH
+    found = layer_thickness(turned(mesh.vertices, turn), boundary(mesh.tets), limit)
+    if thickness < 0.99 * limit:
         assert found == pytest.approx(thickness, rel=1e-6)
-    if thickness > 1.01 * most:
+    if thickness > 1.01 * limit:
         assert np.isinf(found).all()
 
 

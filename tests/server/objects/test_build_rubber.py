@@ -93,7 +93,7 @@ def test_a_plate_below_the_envelope_of_a_large_edge_is_lost_there_and_not_flat(
         load_or_prepare(ObjectFile(path, fix="x < 3%", edge=0.4))
     crowd = Demand(users=16, nonlinear=True)
     with pytest.raises(TooFineError, match="nodes under large deformation"):
-        affordable(ObjectFile(path, fix="x < 3%"), crowd, lambda phase, share: None)
+        affordable(ObjectFile(path, fix="x < 3%"), crowd, lambda phase, fraction: None)
 
 
 @pytest.mark.live
@@ -113,13 +113,13 @@ def test_more_users_have_a_coarser_mesh(tmp_path: Path, monkeypatch: pytest.Monk
     edges: list[float] = []
     for users in (2, 19):
         demand = Demand(users, 60.0, nonlinear=True)
-        tried, _, held = affordable(source, demand, lambda phase, share: None)
+        tried, _, held = affordable(source, demand, lambda phase, fraction: None)
         assert demand.affords(len(quadratic(held.tets)[0]))
         edges.append(tried.edge)
     assert edges[0] < edges[1]
     many = Demand(25, 60.0, nonlinear=True)
     with pytest.raises(BodyError, match=r"a larger --edge .* or fewer --users"):
-        affordable(replace(source, edge=0.25), many, lambda phase, share: None)
+        affordable(replace(source, edge=0.25), many, lambda phase, fraction: None)
 
 
 @pytest.mark.live
@@ -134,7 +134,7 @@ def test_a_part_that_coarse_elements_lose_gets_finer_ones(tmp_path: Path) -> Non
     assert lost.value.part == "lump"
     demand = Demand(nonlinear=True)
     found = resolve(source, demand=demand)
-    tried, prepared, held = affordable(found.source, demand, lambda phase, share: None)
+    tried, prepared, held = affordable(found.source, demand, lambda phase, fraction: None)
     assert not tried.repair
     assert tried.edge < 0.5
     assert prepared.parts is not None

@@ -33,11 +33,11 @@ def test_what_is_refused_says_how_many_are_not(users: int, hz: float, nonlinear:
         assert f"{hz:g} Hz" in words
         assert words.count("\n") == 0
         if "at most" in words:
-            most = int(words.partition("at most ")[2].split()[0])
-            assert most < users
-            replace(demand, users=most).check()
+            limit = int(words.partition("at most ")[2].split()[0])
+            assert limit < users
+            replace(demand, users=limit).check()
             with pytest.raises(SettingError):
-                replace(demand, users=most + 1).check()
+                replace(demand, users=limit + 1).check()
 
 
 @pytest.mark.parametrize(("users", "hz"), [(0, 60.0), (65, 60.0), (2, 9.0), (2, float("nan"))])

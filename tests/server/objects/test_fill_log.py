@@ -25,6 +25,6 @@ def test_whatever_it_prints_the_share_never_falls_and_never_ends_before_the_end(
     lines: list[str],
 ) -> None:
     log = FillLog()
-    shares = [log.read(line) for line in lines]
-    assert shares == sorted(shares)
-    assert all(0.0 <= share < 1.0 for share in shares)
+    fractions = [log.read(line) for line in lines]
+    assert fractions == sorted(fractions)
+    assert all(0.0 <= fraction < 1.0 for fraction in fractions)

@@ -30,13 +30,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_ball_is_filled_and_nothing_is_left_behind(folder: Path) -> None:
-    shares: list[float] = []
-    x, tets = fill(*BALL, OPTIONS, progress=shares.append)
+    fractions: list[float] = []
+    x, tets = fill(*BALL, OPTIONS, progress=fractions.append)
     volume = float(np.abs(volumes(x, tets)).sum())
     assert volume == pytest.approx(4 / 3 * np.pi * 0.05**3, rel=0.03)
-    assert shares == sorted(shares)
-    assert len(set(shares)) > 3
-    assert shares[-1] == 1.0
+    assert fractions == sorted(fractions)
+    assert len(set(fractions)) > 3
+    assert fractions[-1] == 1.0
     assert list(folder.iterdir()) == []
 
 
@@ -99,8 +99,8 @@ def test_an_interruption_before_it_is_watched_ends_it_without_a_word(
 def test_an_interruption_ends_it_at_once(
     started: list[subprocess.Popen[str]], folder: Path
 ) -> None:
-    def interrupt(share: float) -> None:
-        if share > 0.0:
+    def interrupt(fraction: float) -> None:
+        if fraction > 0.0:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):

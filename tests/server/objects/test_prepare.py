@@ -183,8 +183,10 @@ def test_the_distance_from_the_file_is_measured(tmp_path: Path) -> None:
     """Beside the distance from a dense cloud of points on the tetrahedra's surface."""
     path = sphere(tmp_path / "ball.stl")
     x, _ = read_surface(path)
-    share = np.linspace(0.0, 1.0, 15)
-    lattice = np.array([(a, b, 1.0 - a - b) for a in share for b in share if a + b <= 1.0 + 1e-9])
+    fraction = np.linspace(0.0, 1.0, 15)
+    lattice = np.array(
+        [(a, b, 1.0 - a - b) for a in fraction for b in fraction if a + b <= 1.0 + 1e-9]
+    )
     found: list[float] = []
     for edge in (0.1, 0.4):
         made = prepare(ObjectFile(path, edge=edge))

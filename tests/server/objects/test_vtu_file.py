@@ -184,10 +184,10 @@ def test_of_a_bomb_no_more_is_unpacked_than_its_header_says(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 0.99])
-def test_what_is_cut_off_is_refused(form: str, share: float, tmp_path: Path) -> None:
+@pytest.mark.parametrize("fraction", [0.1, 0.5, 0.9, 0.99])
+def test_what_is_cut_off_is_refused(form: str, fraction: float, tmp_path: Path) -> None:
     data = VtuWriter(form).written(halves())
-    refused(tmp_path, data[: int(share * len(data))], "no mesh that can be read|is empty")
+    refused(tmp_path, data[: int(fraction * len(data))], "no mesh that can be read|is empty")
 
 
 def test_points_that_are_no_numbers_are_refused(tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ from cohaptic_server.guard.limits import Budget, Limits
 from cohaptic_server.guard.sources import Sources
 from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.peer import Peer
-from cohaptic_server.room.reception import MOST_PAGES, Entrance
+from cohaptic_server.room.reception import MAX_PAGES, Entrance
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.audience import Audience
 from cohaptic_server.settings import ServerSettings
@@ -130,13 +130,13 @@ def test_who_may_touch_alone_does_not_watch(small_balloon: Balloon) -> None:
 
 def test_of_a_users_force_the_body_gets_what_the_token_grants(small_balloon: Balloon) -> None:
     there = lobby(small_balloon)
-    for name, most, device, expected in [
+    for name, limit, device, expected in [
         ("soft", 2.0, 10.0, 2.0),
         ("weak", 5.0, 1.0, 1.0),
         ("free", None, 10.0, 10.0),
         ("none", 0.0, 10.0, 0.0),
     ]:
-        some = token(ALL.model_copy(update={"max_force": most}))
+        some = token(ALL.model_copy(update={"max_force": limit}))
         peer = say(there, hello(name, max_force=device, token=some))
         there.receive(peer, sample(1).encode(), 0.0, NOW)
         assert peer.user is not None
@@ -145,9 +145,9 @@ def test_of_a_users_force_the_body_gets_what_the_token_grants(small_balloon: Bal
         assert touch.who.max_force == expected
     for k in range(1, 60):
         there.tick(k / 60.0)
-        for name, most in [("soft", 2.0), ("weak", 1.0), ("none", 0.0)]:
+        for name, limit in [("soft", 2.0), ("weak", 1.0), ("none", 0.0)]:
             number = next(n for n, m in there.room.members.items() if m.hello.name == name)
-            assert there.room.world.users[number].force <= most + 1e-9
+            assert there.room.world.users[number].force <= limit + 1e-9
 
 
 @pytest.mark.parametrize("granted", [True, False])
@@ -338,11 +338,11 @@ def test_the_pages_of_a_session_that_watch_are_few_and_cost_no_other_a_place(
     there = lobby(small_balloon, admission(single_use=True))
     pages = [say(there, watch(token=token()))]
     session = watching(pages[0]).session
-    for k in range(1, MOST_PAGES):
+    for k in range(1, MAX_PAGES):
         pages.append(say(there, watch(token=session), source=str(k)))
     words = refused(say(there, watch(token=session), source="more"), CloseCode.ROOM_FULL)
-    assert f"is {MOST_PAGES + 1}; expected at most {MOST_PAGES}" in words
-    assert len(there.audience.watchers) == MOST_PAGES
+    assert f"is {MAX_PAGES + 1}; expected at most {MAX_PAGES}" in words
+    assert len(there.audience.watchers) == MAX_PAGES
     welcome(say(there, hello(token=session), source="hand"))
     watching(say(there, watch(token=token(jti="second")), source="second"))
     there.disconnect(pages[0], "")

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from cohaptic_server.room.member import MOST_MUTED, Muted
+from cohaptic_server.room.member import MAX_MUTED, Muted
 from cohaptic_server.room.seats.names import Claim
 
 
@@ -27,7 +27,7 @@ def test_who_is_muted_no_more_is_so_by_no_name() -> None:
 
 def test_the_list_is_bounded_and_the_oldest_is_forgotten_first() -> None:
     muted = Muted()
-    for i in range(2 * MOST_MUTED):
+    for i in range(2 * MAX_MUTED):
         muted.add(str(i), Claim(None, ""))
-    assert len(muted) == MOST_MUTED
+    assert len(muted) == MAX_MUTED
     assert not muted.holds("0", Claim(None, ""))

@@ -25,7 +25,7 @@ def sample(t: float, seq: int, arrived: float, clock: float = 0.0) -> Touch:
         touch(1),
         probe=(vx * t, vy * t, vz * t),
         force=(fx * t, fy * t, fz * t),
-        give=0.01 * t,
+        deflection=0.01 * t,
         seq=seq,
         tick=seq,
         t_client=t + clock,
@@ -66,7 +66,7 @@ def test_what_is_read_is_what_the_hand_did_at_a_time_that_only_goes_on(
         (vx, vy, vz), (fx, fy, fz) = WAYS
         assert one.probe == pytest.approx((vx * t, vy * t, vz * t), abs=1e-9)
         assert one.force == pytest.approx((fx * t, fy * t, fz * t), abs=1e-9)
-        assert one.give == pytest.approx(0.01 * t, abs=1e-9)
+        assert one.deflection == pytest.approx(0.01 * t, abs=1e-9)
         # The patch that is answered is no newer than the sample whose time has come.
         assert one.tick <= t / GAP + 1.1 + 1e-9
         assert one.t_client >= before - 1e-9

@@ -8,7 +8,7 @@ from cohaptic.protocol.watch_messages import decode_watch_control as _decode
 from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.access.keys import Denied
 from cohaptic_server.access.remembered import (
-    MOST_REMOVED,
+    MAX_REMOVED,
     Record,
     Removal,
     decode,
@@ -33,24 +33,24 @@ def guest(session: str, invitation: str = "i", since: float = 0.0) -> Guest:
 
 def test_the_list_is_bounded_and_the_oldest_is_forgotten_first() -> None:
     removed = Removed()
-    for i in range(2 * MOST_REMOVED):
+    for i in range(2 * MAX_REMOVED):
         removed.add(guest(f"s{i}", f"i{i}"), f"n{i}", "", 0.0, 0.0, ban=True)
-    assert len(removed) == MOST_REMOVED
+    assert len(removed) == MAX_REMOVED
     removed.check(guest("s0", "i0"), "n0", "", 0.0)
     with pytest.raises(Denied, match="banned"):
-        removed.check(guest(f"s{2 * MOST_REMOVED - 1}"), "", "", 0.0)
+        removed.check(guest(f"s{2 * MAX_REMOVED - 1}"), "", "", 0.0)
 
 
 def test_however_many_are_kicked_a_ban_holds() -> None:
     removed = Removed()
     removed.add(guest("bad", "b"), "bad", "", 0.0, 0.0, ban=True)
-    for i in range(2 * MOST_REMOVED):
+    for i in range(2 * MAX_REMOVED):
         removed.add(guest(f"s{i}", f"i{i}"), f"n{i}", "", 0.0, 0.0, ban=False)
-    assert len(removed) == MOST_REMOVED
+    assert len(removed) == MAX_REMOVED
     with pytest.raises(Denied, match="banned"):
         removed.check(guest("bad"), "", "", 1.0)
     with pytest.raises(Denied, match="come back"):
-        removed.check(guest(f"s{2 * MOST_REMOVED - 1}"), "", "", 1.0)
+        removed.check(guest(f"s{2 * MAX_REMOVED - 1}"), "", "", 1.0)
 
 
 def test_who_was_kicked_is_told_how_long_and_forgotten_after_that() -> None:

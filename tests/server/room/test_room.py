@@ -301,7 +301,7 @@ def test_after_a_rest_a_newcomer_begins_as_in_a_room_that_never_rested(
     small_balloon: Balloon,
 ) -> None:
     """The first tick is one period long, however long nobody was there."""
-    shares = list[float]()
+    fractions = list[float]()
     for rests in (False, True):
         here = room(small_balloon)
         here.tick(0.0)
@@ -312,5 +312,5 @@ def test_after_a_rest_a_newcomer_begins_as_in_a_room_that_never_rested(
         user = enter(here, "ann", 10.0)
         here.sample(user, sample(), 10.0)
         here.tick(10.0)
-        shares.append(float(here.world.users.tracked.presence[0]))
-    assert shares[0] == pytest.approx(shares[1]) == pytest.approx(1.0 / 60.0 / RELEASE_TIME)
+        fractions.append(float(here.world.users.tracked.presence[0]))
+    assert fractions[0] == pytest.approx(fractions[1]) == pytest.approx(1.0 / 60.0 / RELEASE_TIME)

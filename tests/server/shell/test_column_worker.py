@@ -44,7 +44,7 @@ def stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Calla
     monkeypatch.setenv("COHAPTIC_CACHE", str(tmp_path))
 
     def parts() -> SolidParts:
-        return load_or_make_parts(MESH, HELD, SETTINGS, lambda phase, share: None, late=True)
+        return load_or_make_parts(MESH, HELD, SETTINGS, lambda phase, fraction: None, late=True)
 
     parts()
     (path,) = tmp_path.iterdir()

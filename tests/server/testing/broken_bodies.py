@@ -37,12 +37,12 @@ class Plate(Spring):
 
     Args:
         move: Next depth from the total force, the depth before and the stiffness.
-        share: Reported compliance over that of the spring.
+        fraction: Reported compliance over that of the spring.
     """
 
-    def __init__(self, move: Callable[[float, float, float], float], share: float = 1.0) -> None:
+    def __init__(self, move: Callable[[float, float, float], float], fraction: float = 1.0) -> None:
         super().__init__()
-        self.move, self.share = move, share
+        self.move, self.fraction = move, fraction
 
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> DenseResponse:
         k = self.settings.k_o
@@ -50,7 +50,7 @@ class Plate(Spring):
         x = self.move(sum(load.force for load in loads), previous, k)
         u = x * np.broadcast_to(INWARD, self.mesh.vertices.shape)
         unit = np.broadcast_to(INWARD / k, (len(loads), *u.shape))
-        C = np.full((len(loads), len(loads)), self.share / k)
+        C = np.full((len(loads), len(loads)), self.fraction / k)
         return DenseResponse(u, unit, C, 0.5 * k * x * x)
 
 
@@ -97,8 +97,8 @@ def asymmetric(r: DenseResponse, loads: Sequence[Load], before: Response | None)
 def one_way(r: DenseResponse, loads: Sequence[Load], before: Response | None) -> DenseResponse:
     """Some contacts move the body more, and are moved as before."""
     del before
-    shares = [(1.0 + 0.3 * h) * one.force for h, one in zip(_bias(loads), loads, strict=True)]
-    u = np.tensordot(np.array(shares), r.fields, axes=1) if loads else r.displacement
+    fractions = [(1.0 + 0.3 * h) * one.force for h, one in zip(_bias(loads), loads, strict=True)]
+    u = np.tensordot(np.array(fractions), r.fields, axes=1) if loads else r.displacement
     return replace(r, displacement=u)
 
 

@@ -85,7 +85,7 @@ def test_a_contact_that_no_hand_has_moved_so_far_stays_where_it_was_and_fades(
     found = left_behind(world([was]), [now])
     if way > JUMP and force > 0.01:
         (left,) = found
-        assert (left.user, left.share) == (1, 1.0)
+        assert (left.user, left.fraction) == (1, 1.0)
         assert (left.press.contact.frame == was.contact.frame).all()
         assert (left.press.contact.vertices == was.contact.vertices).all()
         assert (left.press.contact.weights == was.contact.weights).all()
@@ -98,17 +98,17 @@ def test_a_contact_that_no_hand_has_moved_so_far_stays_where_it_was_and_fades(
 def test_a_fade_ends_and_a_new_one_begins_only_then(small_balloon: Balloon) -> None:
     """One for each user: who jumps to and fro has no more force than one who does not."""
     here, there = at(small_balloon, 0.0, 2.0), at(small_balloon, 2.0, 2.0)
-    state, shares = world([here]), list[float]()
+    state, fractions = world([here]), list[float]()
     for k in range(2 * round(1.0 / STEP)):
         found = left_behind(state, [there if k % 2 == 0 else here])
         assert len(found) <= 1
-        shares.append(found[0].share if found else 0.0)
+        fractions.append(found[0].fraction if found else 0.0)
         state = replace(world([here if k % 2 else there]), releases=found)
     one = [1.0 - k * STEP for k in range(round(1.0 / STEP))]
-    assert shares[: len(one)] == pytest.approx(one)
-    assert shares.count(1.0) == 2
+    assert fractions[: len(one)] == pytest.approx(one)
+    assert fractions.count(1.0) == 2
     # A rounding of the sum of its steps may be left for a tick.
-    assert shares.index(1.0, 1) in (len(one), len(one) + 1)
+    assert fractions.index(1.0, 1) in (len(one), len(one) + 1)
 
 
 # What is let in
@@ -127,9 +127,9 @@ def test_one_alone_is_let_in_behind_the_lag_and_no_slower(
         was, force=0.0, tangential=None, requested=wanted, requested_tangential=along(was, rubbed)
     )
     (found,) = apply(small_balloon, world([was], lag=lag), [now])
-    share = DT / (lag + DT)
-    assert found.force == pytest.approx(before + share * (wanted - before))
-    assert found.tangential == pytest.approx(share * along(was, rubbed))
+    fraction = DT / (lag + DT)
+    assert found.force == pytest.approx(before + fraction * (wanted - before))
+    assert found.tangential == pytest.approx(fraction * along(was, rubbed))
     assert found.presence == 1.0
     smooth_now = replace(now, touch=touch(), requested_tangential=None)
     (smooth,) = apply(small_balloon, world([was], lag=lag), [smooth_now])

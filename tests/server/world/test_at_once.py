@@ -74,9 +74,9 @@ def test_a_hand_on_a_spring_moves_by_its_own_equation() -> None:
     m, b, k = USUAL.mass, USUAL.damping, USUAL.stiffness
     decay, t = b / (2.0 * m), PERIOD * np.arange(1, 1001)
     w = math.sqrt((k + k_o) / m - decay * decay)
-    share = 1.0 - np.exp(-decay * t) * (np.cos(w * t) + decay / w * np.sin(w * t))
+    fraction = 1.0 - np.exp(-decay * t) * (np.cos(w * t) + decay / w * np.sin(w * t))
     # The force is held for a period, which damps by half a period's stiffness less: 0.1 of 8 N s/m.
-    true = k_o * k / (k + k_o) * (0.01 + step * share)
+    true = k_o * k / (k + k_o) * (0.01 + step * fraction)
     assert motion.force[0, 999:1999] == pytest.approx(true, abs=0.03 * k_o * step)
 
 

@@ -58,9 +58,9 @@ def foot_after(
     """Of a contact that came to the surface without a force, then got one bit by bit."""
     at, state = np.array([RADIUS, 0.0, 0.0]), WorldState()
     for tick in range(2 * TICKS):
-        share = min(1.0, tick / TICKS)
+        fraction = min(1.0, tick / TICKS)
         now = touch(
-            at + share * (tip - at), share * force, friction=anchor is not None, anchor=anchor
+            at + fraction * (tip - at), fraction * force, friction=anchor is not None, anchor=anchor
         )
         state, _ = advance(
             TouchedBody(body), state, [now, *others], now=(state.tick + 1) * DT, dt=DT

@@ -103,7 +103,7 @@ def test_a_bulge_is_no_sharper_than_lets_a_probe_stay_on_it(depth: float, sharp:
         left = depth * bulge(mesh, every, values, frame, 0.01)
         assert left == pytest.approx(LARGEST_PRODUCT)
         # Elsewhere, too, so that a window does not end in a step.
-        share = LARGEST_PRODUCT / (depth * found)
-        assert shown[:, 3] == pytest.approx(np.array([share, 1.0]))
+        fraction = LARGEST_PRODUCT / (depth * found)
+        assert shown[:, 3] == pytest.approx(np.array([fraction, 1.0]))
         elsewhere = FlatterField(ZeroField(), shown[0, :3], shown[0, 3])
-        assert elsewhere[every[:1]] == pytest.approx(0.03 * (1.0 - share) * out[None])
+        assert elsewhere[every[:1]] == pytest.approx(0.03 * (1.0 - fraction) * out[None])

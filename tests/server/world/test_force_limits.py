@@ -13,7 +13,7 @@ from cohaptic_server.world.applied_forces import (
     EFFECT_RATE,
     MAX_COUPLING_RATIO,
     MAX_SUM,
-    allowed_shares,
+    allowed_fractions,
     fair_cap,
     limit_forces,
     low_pass,
@@ -67,7 +67,7 @@ def test_a_body_carries_no_more_than_it_can(wanted: Floats, data: st.DataObject)
 
 # Changes
 
-most_of_all = st.floats(1e-3, 5.0)
+max_of_all = st.floats(1e-3, 5.0)
 
 
 @st.composite
@@ -90,56 +90,56 @@ def effects(change: Floats, stiffness: Floats, C: Floats) -> Floats:
     return np.asarray(effect * (1.0 - np.eye(len(change))))
 
 
-@given(rooms(), most_of_all)
+@given(rooms(), max_of_all)
 def test_nobody_is_moved_faster_than_that_by_all_others_together(
-    room: tuple[Floats, Floats, Floats], most: float
+    room: tuple[Floats, Floats, Floats], limit: float
 ) -> None:
     change, stiffness, C = room
-    shares = allowed_shares(change, stiffness, C, most)
-    assert ((0.0 <= shares) & (shares <= 1.0)).all()
-    felt = effects(shares * change, stiffness, C).sum(axis=1)
-    assert (felt <= most * (1.0 + ROUNDING)).all()
+    fractions = allowed_fractions(change, stiffness, C, limit)
+    assert ((0.0 <= fractions) & (fractions <= 1.0)).all()
+    felt = effects(fractions * change, stiffness, C).sum(axis=1)
+    assert (felt <= limit * (1.0 + ROUNDING)).all()
 
 
-@given(rooms(), most_of_all)
+@given(rooms(), max_of_all)
 def test_who_moves_nobody_much_is_not_held_back_whatever_others_do(
-    room: tuple[Floats, Floats, Floats], most: float
+    room: tuple[Floats, Floats, Floats], limit: float
 ) -> None:
     """Cut is who is above the level of a hand that is moved too fast: the one who shakes pays."""
     change, stiffness, C = room
     effect = effects(change, stiffness, C)
-    at = np.array([fair_cap(row, most) for row in effect])
-    shares = allowed_shares(change, stiffness, C, most)
+    at = np.array([fair_cap(row, limit) for row in effect])
+    fractions = allowed_fractions(change, stiffness, C, limit)
     for j in range(len(change)):
         untouched = (effect[:, j] <= at).all()
-        assert (shares[j] == 1.0) == untouched
+        assert (fractions[j] == 1.0) == untouched
         # No level is below an even share.
-        if (effect[:, j] <= most / max(1, len(change) - 1)).all():
-            assert shares[j] == 1.0
+        if (effect[:, j] <= limit / max(1, len(change) - 1)).all():
+            assert fractions[j] == 1.0
 
 
-@given(rooms(), most_of_all)
+@given(rooms(), max_of_all)
 def test_nobody_is_held_back_further_than_is_needed(
-    room: tuple[Floats, Floats, Floats], most: float
+    room: tuple[Floats, Floats, Floats], limit: float
 ) -> None:
     """Whoever is cut has a hand that feels as much as may be."""
     change, stiffness, C = room
-    shares = allowed_shares(change, stiffness, C, most)
+    fractions = allowed_fractions(change, stiffness, C, limit)
     effect = effects(change, stiffness, C)
-    cut = [np.minimum(row, fair_cap(row, most)) for row in effect]
-    for j in np.flatnonzero(shares < 1.0):
+    cut = [np.minimum(row, fair_cap(row, limit)) for row in effect]
+    for j in np.flatnonzero(fractions < 1.0):
         tightest = min(cut[i][j] / effect[i, j] for i in np.flatnonzero(effect[:, j] > 0.0))
-        assert shares[j] == pytest.approx(tightest)
+        assert fractions[j] == pytest.approx(tightest)
 
 
 def test_a_press_as_hands_press_is_untouched_and_a_blow_is_not() -> None:
     """6 N within 0.1 s beside a hand that shares all of the compliance."""
     C, stiffness, dt = np.full((2, 2), 0.004), np.full(2, 250.0), 1.0 / 60.0
-    most = EFFECT_RATE * dt
+    limit = EFFECT_RATE * dt
     press = np.array([6.0 / 0.1 * dt, 0.0])
-    assert allowed_shares(press, stiffness, C, most).tolist() == [1.0, 1.0]
+    assert allowed_fractions(press, stiffness, C, limit).tolist() == [1.0, 1.0]
     blow = np.array([10.0, 0.0])
-    assert allowed_shares(blow, stiffness, C, most) == pytest.approx([most / 10.0, 1.0])
+    assert allowed_fractions(blow, stiffness, C, limit) == pytest.approx([limit / 10.0, 1.0])
 
 
 # The lag

@@ -13,7 +13,7 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.numeric import vec3
 from cohaptic_server.world.contact import locate
 from cohaptic_server.world.loads import (
-    MIN_EIGENVALUE_SHARE,
+    MIN_EIGENVALUE_FRACTION,
     Press,
     bounded,
     compliance_between,
@@ -124,6 +124,6 @@ def test_what_is_soft_in_some_directions_only_stays_within_both_bounds(
     A = rng.normal(size=(6, rank)) * 10.0**exponent
     found = bounded(A @ A.T, [slice(0, 3), slice(3, 6)])
     for own in (found[:3, :3], found[3:, 3:]):
-        least, _, most = np.linalg.eigvalsh(own).tolist()
-        assert most <= MAX_COMPLIANCE
-        assert least >= 0.999 * max(MIN_COMPLIANCE, MIN_EIGENVALUE_SHARE * most)
+        least, _, limit = np.linalg.eigvalsh(own).tolist()
+        assert limit <= MAX_COMPLIANCE
+        assert least >= 0.999 * max(MIN_COMPLIANCE, MIN_EIGENVALUE_FRACTION * limit)

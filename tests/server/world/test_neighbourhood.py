@@ -69,8 +69,8 @@ def test_the_chosen_are_round_the_contact_and_along_the_way(
     # Whatever the slide_path, there is room for the client's weights on both sides of it.
     length = speed * horizon
     assert gap(mesh, chosen, at) > 0.027
-    for share in (0.5, 1.0):
-        a = share * length / RADIUS
+    for fraction in (0.5, 1.0):
+        a = fraction * length / RADIUS
         assert gap(mesh, chosen, RADIUS * (np.cos(a) * normal + np.sin(a) * heading)) > 0.027
 
 

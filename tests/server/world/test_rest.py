@@ -22,7 +22,7 @@ from tests.server.touches import touch
 from tests.server.world.rooms import DT, TICKS, hands, numbers
 
 COARSE = BalloonSettings(subdivisions=2, contact_radius=0.03)
-MOST = 3000  # ticks
+LARGEST = 3000  # ticks
 BODIES: dict[str, Callable[[], Body]] = {
     "linear": partial(Balloon, COARSE),
     "damped": partial(Balloon, COARSE, damping=2.0),
@@ -68,11 +68,11 @@ class World:
         return found
 
     def leave_alone(self) -> None:
-        for _ in range(MOST):
+        for _ in range(LARGEST):
             if is_at_rest(self.state):
                 return
             self.step([])
-        raise AssertionError(f"it still moves after {MOST} ticks: {self.state.response}")
+        raise AssertionError(f"it still moves after {LARGEST} ticks: {self.state.response}")
 
 
 @pytest.mark.parametrize("name", BODIES)

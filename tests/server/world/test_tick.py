@@ -11,7 +11,7 @@ from cohaptic.control.delay import UNKNOWN
 from cohaptic.control.gains import choose_gains
 from cohaptic.control.law import Law
 from cohaptic.control.laws.model import Gains, coupled_stiffness
-from cohaptic.control.laws.pi import PI_SHARE_K
+from cohaptic.control.laws.pi import PI_FRACTION_K
 from cohaptic.protocol.frame import MAX_FORCE, MAX_POSITION
 from cohaptic.protocol.patch import MIN_COMPLIANCE, Patch
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
@@ -183,8 +183,8 @@ def test_one_who_left_lets_go_over_the_release_time_and_is_gone(small_balloon: B
         assert set(patches) == {1}
         lifts.append(norm(patches[1].u_others))
         left_over = state.users[2].force if 2 in state.users else 0.0
-        share = max(0.0, 1.0 - k * DT / RELEASE_TIME)
-        assert left_over == pytest.approx(full * share, rel=0.01, abs=1e-9)
+        fraction = max(0.0, 1.0 - k * DT / RELEASE_TIME)
+        assert left_over == pytest.approx(full * fraction, rel=0.01, abs=1e-9)
     assert set(state.users) == {1}
     assert lifts == sorted(lifts, reverse=True)
     assert lifts[-1] == pytest.approx(0.0, abs=1e-15)
@@ -196,7 +196,7 @@ def test_whoever_comes_and_goes_nobodys_force_jumps(
     small_balloon: Balloon, attendance: list[set[int]]
 ) -> None:
     """A user's share in the body never changes by more than a step of the ramp."""
-    state, shares = WorldState(), dict[int, float]()
+    state, fractions = WorldState(), dict[int, float]()
     for here in attendance:
         touches = [touch(i, at=side(1.5 * i), force=2.0) for i in sorted(here)]
         state, patches = advance(
@@ -204,10 +204,10 @@ def test_whoever_comes_and_goes_nobodys_force_jumps(
         )
         assert set(patches) == here
         now = {number: user.presence for number, user in state.users.items()}
-        for number in now.keys() | shares.keys():
-            step = abs(now.get(number, 0.0) - shares.get(number, 0.0))
+        for number in now.keys() | fractions.keys():
+            step = abs(now.get(number, 0.0) - fractions.get(number, 0.0))
             assert step <= DT / RELEASE_TIME + 1e-12
-        shares = now
+        fractions = now
 
 
 def test_a_neighbour_counts_from_where_it_may_touch_next(small_balloon: Balloon) -> None:
@@ -239,7 +239,7 @@ def test_a_contact_on_the_held_base_is_very_stiff_and_no_division_by_zero(
     _, patches = play(balloon, [below], 3)
     patch = patches[1]
     assert patch.c_ii == MIN_COMPLIANCE
-    assert patch.k_h == (PI_SHARE_K * 800.0 if law is Law.PI else 800.0)
+    assert patch.k_h == (PI_FRACTION_K * 800.0 if law is Law.PI else 800.0)
     assert patch.u_others == ZERO
     assert Patch.decode(patch.encode()).tick == patch.tick
 

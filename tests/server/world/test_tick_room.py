@@ -60,8 +60,8 @@ def test_the_body_carries_forces_behind_the_lag_and_says_so(small_balloon: Ballo
             TouchedBody(small_balloon), before, more, now=(state.tick + 1) * DT, dt=DT
         )
         user, was = state.users[1], before.users[1].force
-        share = 1.0 - kept(before.room.lag, DT)
-        assert user.force == pytest.approx(was + share * (user.requested - was), rel=1e-9)
+        fraction = 1.0 - kept(before.room.lag, DT)
+        assert user.force == pytest.approx(was + fraction * (user.requested - was), rel=1e-9)
         assert norm(patches[1].own_force) == pytest.approx(user.force)
         assert state.response is not None
         whole = user.contact.moved(state.response.displacement)

@@ -24,12 +24,12 @@ def test_a_room_with_its_delays() -> None:
     assert chosen["k_h"] == pytest.approx([250.0] * 3)
     assert chosen["coupling"] == pytest.approx(1.6)
     assert chosen["stable"] is True
-    for share, stable in ((0.99, False), (1.01, True)):
-        judged = ask(*THREE, "--lag", share * edge, "--sim-period", 0.02)
+    for fraction, stable in ((0.99, False), (1.01, True)):
+        judged = ask(*THREE, "--lag", fraction * edge, "--sim-period", 0.02)
         assert judged["stable"] is stable
         assert (judged["spectral_radius"] < 1.0) is (judged["growth_rate"] < 0.0) is stable
         assert judged["spectral_radius"] == pytest.approx(math.exp(0.02 * judged["growth_rate"]))
-        assert judged["margin"] == pytest.approx(share)
+        assert judged["margin"] == pytest.approx(fraction)
     without = ask(*THREE, "--lag", 0)
     assert without["growth_rate"] == pytest.approx(math.log(1.6) / 0.1)
     assert (without["stable"], without["lag"], without["margin"]) == (False, 0.0, 0.0)

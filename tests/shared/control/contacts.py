@@ -21,7 +21,7 @@ normals = vectors(1.0).map(unit)
 ways = vectors(0.001)
 mus = st.floats(0.05, MAX_FRICTION)
 forces = st.floats(0.01, 10.0)
-shares = st.floats(0.2, 1.0)
+fractions = st.floats(0.2, 1.0)
 paths = st.lists(ways, min_size=1, max_size=10)
 
 
@@ -42,13 +42,13 @@ def rub(
     f_n: float,
     C: Compliance3,
     mu: float,
-    share: float = 1.0,
+    fraction: float = 1.0,
     material: Vec3 = ZERO,
     max_stiffness: float = math.inf,
-    most: float = math.inf,
+    max_change: float = math.inf,
 ) -> FrictionState:
     """One period on material that is at rest, with a device that renders whatever it is told."""
-    return friction_step(state, way, material, n, f_n, C, mu, share, max_stiffness, most)
+    return friction_step(state, way, material, n, f_n, C, mu, fraction, max_stiffness, max_change)
 
 
 def played(path: list[Vec3], n: Vec3, f_n: float, C: Compliance3, mu: float) -> FrictionState:

@@ -34,14 +34,14 @@ def test_a_delay_that_glides_as_playing_makes_it_is_steady(waits: list[float], r
         assert state.unsteady <= 1e-9
 
 
-def most_unsteady(pause: float, every: float, changes: int) -> float:
+def max_unsteady(pause: float, every: float, changes: int) -> float:
     """Largest mean square in a loop that is later by a pause, or on time again, so often [s2]."""
-    state, most = LoopDelay().measured(0.1, 0.0), 0.0
+    state, limit = LoopDelay().measured(0.1, 0.0), 0.0
     for k in range(round(every * (changes + 1) / DT)):
         late = round(k * DT // every) % 2 == 1
         state = state.measured(0.1 + (pause if late else 0.0), k * DT, DT)
-        most = max(most, state.unsteady)
-    return most
+        limit = max(limit, state.unsteady)
+    return limit
 
 
 @given(st.floats(0.05, 0.25), st.floats(1.0, 2.0))
@@ -49,9 +49,9 @@ def test_a_pause_counts_by_its_cube_and_pauses_again_and_again_by_their_sum(
     pause: float, every: float
 ) -> None:
     """The glide follows a pause within four times as long, so that its mean distance is small."""
-    once = most_unsteady(pause, every, changes=1)
+    once = max_unsteady(pause, every, changes=1)
     assert once == pytest.approx(pause**3 / (3.0 * RISE) / STEADY_TIME, rel=0.35)
-    assert most_unsteady(pause, every, changes=8) > 1.5 * once
+    assert max_unsteady(pause, every, changes=8) > 1.5 * once
 
 
 @given(delays, st.lists(st.floats(-0.02, 0.0), min_size=1, max_size=100))

@@ -22,11 +22,11 @@ from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
 from tests.shared.control.contacts import (
     compliances,
     forces,
+    fractions,
     mus,
     normals,
     paths,
     rub,
-    shares,
     ways,
 )
 from tests.strategies import vectors
@@ -75,13 +75,13 @@ def test_a_law_no_stiffer_than_the_body_takes_the_whole_shift(
     assert 0.0 <= wedging(MAX_FRICTION, n, C, k_h) <= 0.9
 
 
-@given(st.lists(ways, min_size=1, max_size=30), normals, forces, compliances(), mus, shares)
+@given(st.lists(ways, min_size=1, max_size=30), normals, forces, compliances(), mus, fractions)
 def test_never_more_than_mu_times_the_normal_force_and_never_along_the_normal(
-    path: list[Vec3], n: Vec3, f_n: float, C: Compliance3, mu: float, share: float
+    path: list[Vec3], n: Vec3, f_n: float, C: Compliance3, mu: float, fraction: float
 ) -> None:
     state = FrictionState()
     for way in path:
-        state = rub(state, way, n, f_n, C, mu, share)
+        state = rub(state, way, n, f_n, C, mu, fraction)
         assert norm(state.force) <= mu * f_n * (1.0 + 1e-9)
         assert abs(dot(state.force, n)) <= 1e-9 * (1.0 + norm(state.force))
         assert abs(dot(state.stretch, n)) <= 1e-9
@@ -103,13 +103,13 @@ def test_while_it_sticks_tip_and_contact_move_alike(
         assert dot(state.stretch, t) == pytest.approx(dot(way, t), abs=1e-12)
 
 
-@given(vectors(0.0001), vectors(0.0001), normals, forces, compliances(), mus, shares)
+@given(vectors(0.0001), vectors(0.0001), normals, forces, compliances(), mus, fractions)
 def test_after_a_slip_friction_holds_the_stretch(
-    first: Vec3, second: Vec3, n: Vec3, f_n: float, C: Compliance3, mu: float, share: float
+    first: Vec3, second: Vec3, n: Vec3, f_n: float, C: Compliance3, mu: float, fraction: float
 ) -> None:
     """Standing still then changes nothing."""
-    state = rub(FrictionState(), scale(first, 100.0), n, f_n, C, mu, share)
-    again = rub(state, ZERO, n, f_n, C, mu, share)
+    state = rub(FrictionState(), scale(first, 100.0), n, f_n, C, mu, fraction)
+    again = rub(state, ZERO, n, f_n, C, mu, fraction)
     assert again.force == pytest.approx(state.force, rel=1e-6, abs=1e-9)
     assert again.stretch == pytest.approx(state.stretch, rel=1e-6, abs=1e-12)
 
@@ -195,7 +195,7 @@ def test_a_contact_that_sticks_keeps_its_anchor(
     start = FrictionState(touching=True)
     depth = 0.004
     before = anchor_of(start, tip, n, depth)
-    state = rub(start, way, n, f_n, C, 1e6, material=others, most=1e6)
+    state = rub(start, way, n, f_n, C, 1e6, material=others, max_change=1e6)
     pressed_in = times(C, scale(n, f_n))
     lifts = norm(sub(pressed_in, scale(n, dot(pressed_in, n))))
     assume(norm(state.force) < 0.89 * f_n * dot(pressed_in, n) / max(lifts, 1e-12))

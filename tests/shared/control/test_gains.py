@@ -94,10 +94,10 @@ def test_rooms_are_stable_while_the_limit_of_a_change_is_at_work_in_some_integra
 ) -> None:
     """Science 3.9: where changes of the force are limited, K_h and I count as a share of theirs."""
     C, each = random_compliance(n, seed), np.array(delays[:n])
-    shares = data.draw(st.lists(st.floats(0.02, 1.0), min_size=n, max_size=n))
+    fractions = data.draw(st.lists(st.floats(0.02, 1.0), min_size=n, max_size=n))
     limited = [
-        Gains(share * g.k_h, share * g.integral_gain)
-        for share, g in zip(shares, chosen(Law.PI, C, each), strict=True)
+        Gains(fraction * g.k_h, fraction * g.integral_gain)
+        for fraction, g in zip(fractions, chosen(Law.PI, C, each), strict=True)
     ]
     assert room_radius(C, limited, Law.PI, each, PERIOD) < 1.0
 

@@ -11,14 +11,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.control.hand_model import USUAL_HAND, Give, HandModel, contact_forces, give_way
+from cohaptic.control.hand_model import USUAL_HAND, Deflection, HandModel, contact_forces, deflect
 from cohaptic.protocol.partners import HEAVIEST, LIGHTEST
 
 Floats = npt.NDArray[np.float64]
-MOST_HANDS = 8
+MAX_HANDS = 8
 ENOUGH = 1e-4  # N; far less than a fingertip feels
 
-sizes = st.integers(1, MOST_HANDS)
+sizes = st.integers(1, MAX_HANDS)
 seeds = st.integers(0, 2**32 - 1)
 
 
@@ -28,7 +28,7 @@ class Case:
     Attributes:
         C: Positive definite, shape (n, n) [m/N].
         x: Shape (n,) [m].
-        most: Shape (n,) [N].
+        limit: Shape (n,) [N].
     """
 
     def __init__(self, n: int, seed: int, shared: float) -> None:
@@ -39,7 +39,7 @@ class Case:
         scale = 10.0 ** rng.uniform(-4.0, -2.0)
         self.C: Floats = scale * ((1.0 - shared) * own + shared * np.ones((n, n)))
         self.x: Floats = rng.uniform(-1.0, 1.0, n) * scale * 10.0
-        self.most: Floats = rng.choice([0.0, 1.0, 3.0, 10.0, 100.0], n)
+        self.limit: Floats = rng.choice([0.0, 1.0, 3.0, 10.0, 100.0], n)
 
     def solved(self) -> Floats:
         """The forces, by trial: each hand presses freely, or not at all, or with its most."""
@@ -47,10 +47,10 @@ class Case:
         best, found = math.inf, np.zeros(n)
         for states in itertools.product((0.0, 0.5, 1.0), repeat=n):
             state = np.array(states)
-            free, forces = state == 0.5, np.floor(state) * self.most
+            free, forces = state == 0.5, np.floor(state) * self.limit
             rest = self.x[free] - self.C[np.ix_(free, ~free)] @ forces[~free]
             forces[free] = np.linalg.solve(self.C[np.ix_(free, free)], rest)
-            allowed = (forces >= 0.0).all() and (forces <= self.most).all()
+            allowed = (forces >= 0.0).all() and (forces <= self.limit).all()
             if allowed and self.energy(forces) < best:
                 best, found = self.energy(forces), forces
         return found
@@ -58,11 +58,11 @@ class Case:
     def wrong(self, forces: Floats) -> float:
         """By how much forces miss what only the solution has: no hand can do better alone [N]."""
         alone = forces + (self.x - self.C @ forces) / np.diag(self.C)
-        return float(np.abs(np.clip(alone, 0.0, self.most) - forces).max())
+        return float(np.abs(np.clip(alone, 0.0, self.limit) - forces).max())
 
     def found(self, start: Floats) -> Floats:
         return np.array(
-            contact_forces(self.C.tolist(), self.x.tolist(), self.most.tolist(), start.tolist())
+            contact_forces(self.C.tolist(), self.x.tolist(), self.limit.tolist(), start.tolist())
         )
 
     def energy(self, forces: Floats) -> float:
@@ -96,17 +96,17 @@ def test_no_period_leaves_forces_worse_or_beyond_their_limits(
 ) -> None:
     """Whatever it began with, and also where hands share all that yields."""
     case = Case(n, seed, shared)
-    start = np.random.default_rng(of_start).uniform(0.0, 1.0, n) * case.most
+    start = np.random.default_rng(of_start).uniform(0.0, 1.0, n) * case.limit
     forces = case.found(start)
     assert (forces >= 0.0).all()
-    assert (forces <= case.most).all()
+    assert (forces <= case.limit).all()
     assert case.energy(forces) <= case.energy(start) + 1e-12
 
 
 @given(seeds)
 def test_the_forces_of_hands_that_press_leave_them_at_the_surface(seed: int) -> None:
     case = Case(4, seed, 0.3)
-    case.most[:] = np.inf
+    case.limit[:] = np.inf
     forces = np.zeros(4)
     for _ in range(20):
         forces = case.found(forces)
@@ -115,7 +115,7 @@ def test_the_forces_of_hands_that_press_leave_them_at_the_surface(seed: int) -> 
     assert np.abs(gap * forces).max() <= 1e-6
 
 
-@pytest.mark.parametrize("place", ["C", "depth", "most", "start"])
+@pytest.mark.parametrize("place", ["C", "depth", "limit", "start"])
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 @given(sizes, seeds, st.data())
 def test_what_is_no_number_makes_no_force_that_is_none(
@@ -123,12 +123,12 @@ def test_what_is_no_number_makes_no_force_that_is_none(
 ) -> None:
     case = Case(n, seed, 0.2)
     start = np.zeros(n)
-    values = {"C": case.C, "depth": case.x, "most": case.most, "start": start}[place]
-    limits = case.most.copy()
+    values = {"C": case.C, "depth": case.x, "limit": case.limit, "start": start}[place]
+    limits = case.limit.copy()
     index = data.draw(st.integers(0, values.size - 1))
     values.reshape(-1)[index] = bad
     forces = case.found(start)
-    if place == "most":
+    if place == "limit":
         limits[index] = max(0.0, bad) if bad == bad else math.inf
     assert np.isfinite(forces).all()
     assert (forces >= 0.0).all()
@@ -141,8 +141,11 @@ def test_what_is_no_number_makes_no_force_that_is_none(
 
 
 models = st.builds(
-    lambda *shares: HandModel(
-        *(low * (high / low) ** s for s, low, high in zip(shares, LIGHTEST, HEAVIEST, strict=True))
+    lambda *fractions: HandModel(
+        *(
+            low * (high / low) ** s
+            for s, low, high in zip(fractions, LIGHTEST, HEAVIEST, strict=True)
+        )
     ),
     *[st.sampled_from((0.0, 1.0)) | st.floats(0.0, 1.0)] * 3,
 )
@@ -151,8 +154,11 @@ periods = st.floats(0.0005, 0.004)  # two periods of the slowest loop
 
 def in_a_period(model: HandModel, dt: float) -> Floats:
     """The matrix of one period without force, on the displacement and dt times the velocity."""
-    columns = [give_way(give, model, 0.0, dt) for give in (Give(1.0, 0.0), Give(0.0, 1.0 / dt))]
-    return np.array([[give.y, dt * give.v] for give in columns]).T
+    columns = [
+        deflect(deflection, model, 0.0, dt)
+        for deflection in (Deflection(1.0, 0.0), Deflection(0.0, 1.0 / dt))
+    ]
+    return np.array([[deflection.y, dt * deflection.v] for deflection in columns]).T
 
 
 @given(models, periods)
@@ -166,8 +172,8 @@ def test_every_allowed_model_comes_to_rest(model: HandModel, dt: float) -> None:
 def test_a_model_rests_where_its_spring_bears_the_force(
     model: HandModel, dt: float, force: float
 ) -> None:
-    rest = Give(force / model.stiffness, 0.0)
-    again = give_way(rest, model, force, dt)
+    rest = Deflection(force / model.stiffness, 0.0)
+    again = deflect(rest, model, force, dt)
     assert again.y == pytest.approx(rest.y, rel=1e-12)
     assert abs(again.v) <= 1e-9 * force
 
@@ -177,10 +183,10 @@ def test_the_usual_hand_moves_as_its_equation_says(force: float, start: float) -
     """Against the closed solution of m y'' + b y' + k y = f, within 2 % of its way."""
     m, b, k = USUAL_HAND
     root = complex(-b / (2.0 * m), math.sqrt(k / m - (b / (2.0 * m)) ** 2))
-    give, rest = Give(start, 0.0), force / k
+    deflection, rest = Deflection(start, 0.0), force / k
     A, dt = start - rest, 0.0005
     for i in range(1, 601):
-        give = give_way(give, USUAL_HAND, force, dt)
+        deflection = deflect(deflection, USUAL_HAND, force, dt)
         wave = np.exp(root * i * dt)
         expected = rest + A * (wave.real - root.real / root.imag * wave.imag)
-        assert abs(give.y - expected) <= 0.02 * abs(A) + 1e-9
+        assert abs(deflection.y - expected) <= 0.02 * abs(A) + 1e-9

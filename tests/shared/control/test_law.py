@@ -31,12 +31,12 @@ def test_a_hand_alone_feels_no_more_than_the_object(law: str, felt: float) -> No
 
 @given(laws, stiffness, st.floats(-0.02, 0.02), st.floats(0.01, 1.0), st.floats(0.0, 1e4))
 def test_a_surface_only_pushes(
-    law: Law, k_o: float, depth: float, share: float, integral_gain: float
+    law: Law, k_o: float, depth: float, fraction: float, integral_gain: float
 ) -> None:
-    gains = Gains(share * k_o, integral_gain)
+    gains = Gains(fraction * k_o, integral_gain)
     _, f = law.model.force(None, sight(depth, 1.0 / k_o), gains, T)
     assert f.normal_force >= 0.0
-    assert (f.normal_force > 0.0) == (share * k_o * depth > 0.0)
+    assert (f.normal_force > 0.0) == (fraction * k_o * depth > 0.0)
 
 
 @given(stiffness, st.floats(0.001, 0.02))
@@ -54,37 +54,37 @@ def test_predictive_alone_feels_exactly_k_o_whatever_is_on_its_way(
 
 @given(stiffness, st.floats(0.01, 1.0), st.floats(0.0, 1e4), st.floats(0.001, 0.02))
 def test_predictive_has_no_memory_and_no_integral(
-    k_o: float, share: float, integral_gain: float, depth: float
+    k_o: float, fraction: float, integral_gain: float, depth: float
 ) -> None:
     """Science 3.8: f = K d at once and for good, whatever integral a server names."""
-    gains = Gains(share * k_o, integral_gain)
+    gains = Gains(fraction * k_o, integral_gain)
     memory: object = None
     for _ in range(50):
         memory, f = Law.PREDICTIVE.model.force(memory, sight(depth, 1.0 / k_o), gains, T)
-        assert f.normal_force == share * k_o * depth
+        assert f.normal_force == fraction * k_o * depth
     assert memory is None
 
 
 @given(laws, stiffness, st.floats(-0.005, 0.02), st.floats(0.0, 3.0), st.floats(0.05, 1.0))
 def test_the_stored_energy_is_the_work_of_pressing_in(
-    law: Law, k_o: float, depth: float, own: float, share: float
+    law: Law, k_o: float, depth: float, own: float, fraction: float
 ) -> None:
     """Of the law's spring; an integral is no spring, and stores nothing that could be got back."""
     seen = sight(depth, 1.0 / k_o, own)
-    _, f = law.model.force(None, seen, Gains(share * k_o), T)
+    _, f = law.model.force(None, seen, Gains(fraction * k_o), T)
     pressed = max(0.0, pressed_depth(law, seen))
-    assert f.stored == pytest.approx(0.5 * share * k_o * pressed * pressed, abs=1e-15)
-    _, charged = Law.PI.model.force(IntegralState(2.0, 0.0, depth), seen, Gains(share * k_o), T)
-    _, empty = Law.PI.model.force(None, seen, Gains(share * k_o), T)
+    assert f.stored == pytest.approx(0.5 * fraction * k_o * pressed * pressed, abs=1e-15)
+    _, charged = Law.PI.model.force(IntegralState(2.0, 0.0, depth), seen, Gains(fraction * k_o), T)
+    _, empty = Law.PI.model.force(None, seen, Gains(fraction * k_o), T)
     assert charged.stored == empty.stored
 
 
 @given(stiffness, st.floats(0.05, 0.95), st.floats(0.001, 0.02), st.integers(0, 20))
 def test_proportional_settles_where_eq_11_says_at_any_delay(
-    k_o: float, share: float, x_h: float, delay: int
+    k_o: float, fraction: float, x_h: float, delay: int
 ) -> None:
     """x_o = K_h x_h / (K_h + K_o), reached for K_h < K_o whatever the delay in ticks (3.1)."""
-    k_h = share * k_o
+    k_h = fraction * k_o
     on_the_way = [0.0] * (delay + 1)
     f = 0.0
     for _ in range(8000):
@@ -95,9 +95,9 @@ def test_proportional_settles_where_eq_11_says_at_any_delay(
 
 
 @given(stiffness, st.floats(0.05, 0.6), st.floats(0.005, 0.02), st.floats(0.0, 0.004))
-@example(k_o=321.0, share=0.25, x_h=0.01953125, theta=0.0)
+@example(k_o=321.0, fraction=0.25, x_h=0.01953125, theta=0.0)
 def test_pi_settles_where_its_threshold_says(
-    k_o: float, share: float, x_h: float, theta: float
+    k_o: float, fraction: float, x_h: float, theta: float
 ) -> None:
     """Steady state of eq. (17): x_h - x_o = theta; less where K_h alone comes nearer (11).
 
@@ -105,14 +105,14 @@ def test_pi_settles_where_its_threshold_says(
     contact that opens: the integral then gives back one period's part of its release, and no more.
     """
     settings = LawSettings(Thresholds(theta, theta, 0.0), 0.1, 1e6)
-    gains = Gains(share * k_o, 0.2 * k_o / T)
+    gains = Gains(fraction * k_o, 0.2 * k_o / T)
     memory: object = None
     f = 0.0
     for _ in range(8000):
         seen = sight(x_h, 1.0 / k_o, f)
         memory, force = Law.PI.model.force(memory, seen, gains, T, settings)
         f = force.normal_force
-    expected = min(theta, x_h / (1.0 + share))
+    expected = min(theta, x_h / (1.0 + fraction))
     opened = x_h * T / settings.release_time if theta < 1e-9 else 0.0
     assert x_h - f / k_o == pytest.approx(expected, abs=5e-6 + opened)
 
@@ -125,9 +125,9 @@ def test_the_part_felt_from_others_is_the_rest_of_the_force(
     c, k_h = 1.0 / k_o, 0.9 * k_o
     seen = sight(alone + lift, c, 0.0, lift)  # the others have lifted the surface by `lift`
     _, f = law.model.force(None, seen, Gains(k_h), T)
-    share = {Law.PREDICTIVE: k_h, Law.PROPORTIONAL: 1.0 / (c + 1.0 / k_h)}.get(law, k_h)
+    fraction = {Law.PREDICTIVE: k_h, Law.PROPORTIONAL: 1.0 / (c + 1.0 / k_h)}.get(law, k_h)
     if alone + lift > 0.0:
-        without = share * max(0.0, alone)
+        without = fraction * max(0.0, alone)
         assert f.normal_force - f.felt_from_others == pytest.approx(without, abs=1e-9)
     if law is Law.PREDICTIVE:
         assert f.felt_from_others >= -1e-12
@@ -135,30 +135,30 @@ def test_the_part_felt_from_others_is_the_rest_of_the_force(
 
 @given(laws, stiffness, st.floats(0.001, 0.02), st.floats(0.0, 8.0), st.floats(0.05, 0.9))
 def test_a_law_that_begins_with_a_force_goes_on_with_it(
-    law: Law, k_o: float, depth: float, force: float, share: float
+    law: Law, k_o: float, depth: float, force: float, fraction: float
 ) -> None:
     """Where it can: an integral gives what the spring lacks, and no law takes what a spring has."""
-    seen, gains = sight(depth, 1.0 / k_o), Gains(share * k_o, 500.0)
+    seen, gains = sight(depth, 1.0 / k_o), Gains(fraction * k_o, 500.0)
     memory = law.model.begin(force, gains, pressed_depth(law, seen))
     held = LawSettings(Thresholds(1.0, 1.0, 0.0))  # the integral neither grows nor falls by itself
     _, f = law.model.force(memory, seen, gains, 0.0, held, 0.0, 0.0)
-    spring = share * k_o * depth
+    spring = fraction * k_o * depth
     expected = max(force, spring) if law.model.integrates else spring
     assert f.normal_force == pytest.approx(expected)
 
 
 @given(laws, stiffness, st.floats(0.001, 0.02), st.floats(0.0, 8.0), st.floats(0.0, 8.0))
 def test_a_memory_that_is_held_to_a_force_gives_no_more_than_it_or_the_spring(
-    law: Law, k_o: float, depth: float, force: float, most: float
+    law: Law, k_o: float, depth: float, force: float, limit: float
 ) -> None:
     """What is below that stays as it is, and a law without a memory has nothing to be held."""
     seen, gains = sight(depth, 1.0 / k_o), Gains(0.3 * k_o, 500.0)
     before = law.model.begin(force, gains, pressed_depth(law, seen))
-    memory = law.model.held_to(before, most, gains)
+    memory = law.model.held_to(before, limit, gains)
     still = LawSettings(Thresholds(1.0, 1.0, 0.0))
     spring = 0.3 * k_o * depth
     given = law.model.force(memory, seen, gains, 0.0, still, 0.0, 0.0)[1].normal_force
     wanted = law.model.force(before, seen, gains, 0.0, still, 0.0, 0.0)[1].normal_force
-    assert given == pytest.approx(min(wanted, max(most, spring)))
-    if wanted < most:
+    assert given == pytest.approx(min(wanted, max(limit, spring)))
+    if wanted < limit:
         assert memory is before

@@ -31,16 +31,16 @@ IN_FRONT = [k for k, v in enumerate(BALL_VERTICES) if v[0] > 0.06]
 
 
 def bumpy(
-    seed: int, tilt: Vec3, off: float, curvature: float, share: float = 0.5
+    seed: int, tilt: Vec3, off: float, curvature: float, fraction: float = 0.5
 ) -> tuple[MeshSurface, LocalSurface]:
     """A ball whose vertices lie up to 2 mm off it, and a contact that is not quite theirs.
 
-    The vertices have `share` of its compliance, as on limbs, which bend to one side more easily.
+    The vertices have `fraction` of its compliance, as on limbs, which bend to one side more easily.
     """
     moved = np.random.default_rng(seed).uniform(-0.002, 0.002, (len(IN_FRONT), 3)).tolist()
     normal = unit(add((1.0, 0.0, 0.0), tilt))
     base = LocalSurface((RADIUS + off, 0.001, -0.002), normal, curvature, C_II, ZERO, ZERO)
-    told = facts((k, *by, share * C_II) for k, by in zip(IN_FRONT, moved, strict=True))
+    told = facts((k, *by, fraction * C_II) for k, by in zip(IN_FRONT, moved, strict=True))
     return MeshSurface(BALL, base, told), base
 
 
@@ -71,12 +71,12 @@ made = {
 }
 
 
-@given(**made, share=st.sampled_from([0.02, 0.5, 40.0]), depth=st.floats(-0.01, 0.02))
+@given(**made, fraction=st.sampled_from([0.02, 0.5, 40.0]), depth=st.floats(-0.01, 0.02))
 def test_below_the_contact_the_patch_is_right(
-    seed: int, tilt: Vec3, off: float, curvature: float, share: float, depth: float
+    seed: int, tilt: Vec3, off: float, curvature: float, fraction: float, depth: float
 ) -> None:
     """Exactly at the points, and to a micrometre between them."""
-    found, base = bumpy(seed, tilt, off, curvature, share)
+    found, base = bumpy(seed, tilt, off, curvature, fraction)
     sight = found.look(sub(base.x_free, scale(base.normal, depth)))
     assert sight.depth == pytest.approx(depth, abs=1e-6)
     assert dot(sight.normal, base.normal) > CLOSE
@@ -198,12 +198,12 @@ def test_a_finger_far_from_its_contact_is_as_deep_as_the_vertices_say(
 
 @given(
     thickness=st.floats(0.002, 0.006),
-    share=st.floats(1.0, 2.5),
+    fraction=st.floats(1.0, 2.5),
     beside=st.floats(0.0, 0.025),
     a=st.floats(-math.pi, math.pi),
 )
 def test_a_finger_through_a_sheet_is_not_pulled_to_the_far_side(
-    thickness: float, share: float, beside: float, a: float
+    thickness: float, fraction: float, beside: float, a: float
 ) -> None:
     """However far beside its contact: pressed so far, the sheet has moved with it."""
     u = [0.004 * i for i in range(-10, 11)]
@@ -211,9 +211,9 @@ def test_a_finger_through_a_sheet_is_not_pulled_to_the_far_side(
     rest, vertices = sheet([0.0] * len(sides), sides, u)
     base = LocalSurface(ZERO, (0.0, 0.0, 1.0), 0.0, C_II, ZERO, ZERO)
     found = MeshSurface(rest, base, facts((k, 0, 0, 0, C_II) for k in range(len(vertices))))
-    probe = (beside * math.cos(a), beside * math.sin(a), -share * thickness)
+    probe = (beside * math.cos(a), beside * math.sin(a), -fraction * thickness)
     sight = found.look(probe)
-    assert sight.depth == pytest.approx(share * thickness, abs=1e-4)
+    assert sight.depth == pytest.approx(fraction * thickness, abs=1e-4)
     assert sight.normal[2] > 0.9
 
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from cohaptic.control.playout import (
     BEGINNING,
     FALL,
+    FRACTION,
     LONGEST,
     RISE,
-    SHARE,
     WINDOW,
     Playout,
 )
@@ -64,11 +64,11 @@ def test_one_in_a_hundred_may_come_later(offset: float, lateness: list[float]) -
     ages = [offset + each for each in lateness]
     playout = heard(ages, WINDOW / 300)
     later = sum(age > playout.wanted for age in ages)
-    assert later <= SHARE * len(ages)
+    assert later <= FRACTION * len(ages)
     # And no more is waited for than that takes.
     assert playout.wanted in ages
     if playout.wanted > min(ages):
-        assert sum(age >= playout.wanted for age in ages) > SHARE * len(ages)
+        assert sum(age >= playout.wanted for age in ages) > FRACTION * len(ages)
 
 
 @given(late, late, st.integers(4, 40))

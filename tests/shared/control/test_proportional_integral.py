@@ -29,10 +29,10 @@ def step(
     depth: float,
     theta: Thresholds,
     moved_in: float = 0.0,
-    most: float = math.inf,
+    limit: float = math.inf,
 ) -> tuple[IntegralState, float]:
     return proportional_integral_step(
-        state, depth, K_H, 2000.0, theta, RELEASE, 10.0, T, moved_in, most
+        state, depth, K_H, 2000.0, theta, RELEASE, 10.0, T, moved_in, limit
     )
 
 
@@ -74,27 +74,27 @@ def test_the_integral_stays_between_nothing_and_the_hands_limit(path: list[float
 
 @given(forces, depths, depths, st.floats(-0.01, 0.01), st.floats(0.0, 0.05), st.floats(0.0, 100.0))
 def test_others_change_the_whole_force_by_no_more_than_the_limit(
-    force: float, before: float, depth: float, moved_in: float, most: float, ramp: float
+    force: float, before: float, depth: float, moved_in: float, limit: float, ramp: float
 ) -> None:
     """Whatever surface comes, unless the integral has nothing more to give, or no room."""
     state = IntegralState(force, ramp, before)
-    after, now = step(state, depth, Thresholds(), moved_in, most)
+    after, now = step(state, depth, Thresholds(), moved_in, limit)
     change = now - (force + K_H * max(0.0, before))
     own = K_H * moved_in
     if after.force > 0.0:
-        assert change <= max(0.0, own) + most + ROUNDING
+        assert change <= max(0.0, own) + limit + ROUNDING
     if after.force < 10.0:
-        assert change >= min(0.0, own) - most - ROUNDING
+        assert change >= min(0.0, own) - limit - ROUNDING
 
 
 @given(forces, depths, st.floats(0.0, 100.0))
 def test_a_force_taken_from_a_surface_that_left_goes_to_zero_in_time(
     force: float, before: float, ramp: float
 ) -> None:
-    state, f, most = IntegralState(force, ramp, before), math.inf, 0.02
+    state, f, limit = IntegralState(force, ramp, before), math.inf, 0.02
     start = force + K_H * max(0.0, before)
-    for _ in range(round(start / most) + round(RELEASE / T) + 2):
-        state, f = step(state, -1e-3, Thresholds(), 0.0, most)
+    for _ in range(round(start / limit) + round(RELEASE / T) + 2):
+        state, f = step(state, -1e-3, Thresholds(), 0.0, limit)
     assert f == pytest.approx(0.0, abs=1e-9)
 
 

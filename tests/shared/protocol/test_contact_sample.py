@@ -85,15 +85,15 @@ def test_an_absurd_anchor_names_value_and_limit() -> None:
 
 
 @pytest.mark.parametrize("anchor", [None, (0.1, 0.0, 0.0)])
-@pytest.mark.parametrize("give", [10.1, -10.1, math.nan, math.inf, -math.inf])
-def test_an_absurd_give_is_named_whoever_sends_it(anchor: Vec3 | None, give: float) -> None:
-    data = bytearray(GOOD._replace(anchor=anchor, give=0.01).encode())
+@pytest.mark.parametrize("deflection", [10.1, -10.1, math.nan, math.inf, -math.inf])
+def test_an_absurd_give_is_named_whoever_sends_it(anchor: Vec3 | None, deflection: float) -> None:
+    data = bytearray(GOOD._replace(anchor=anchor, deflection=0.01).encode())
     assert len(data) == SIZES[3 if anchor else 2] <= MAX_FRAME_BYTES
-    struct.pack_into("<f", data, len(data) - 4, give)
+    struct.pack_into("<f", data, len(data) - 4, deflection)
     with pytest.raises(RemoteProtocolError, match=r"^give is .*; expected from -10 to 10"):
         ContactSample.decode(bytes(data))
     with pytest.raises(LocalProtocolError, match=r"^give is .*; expected from -10 to 10"):
-        GOOD._replace(anchor=anchor, give=give).encode()
+        GOOD._replace(anchor=anchor, deflection=deflection).encode()
 
 
 @pytest.mark.parametrize(
@@ -122,7 +122,7 @@ def test_an_anchor_or_give_is_there_where_the_flags_say_so(flags: int, size: int
 def test_an_absurd_hand_is_named_whoever_sends_it(
     anchor: Vec3 | None, name: str, offset: int, values: tuple[float, ...]
 ) -> None:
-    told = GOOD._replace(anchor=anchor, give=0.01, own_model=USUAL_HAND)
+    told = GOOD._replace(anchor=anchor, deflection=0.01, own_model=USUAL_HAND)
     data = bytearray(told.encode())
     assert len(data) == SIZES[7 if anchor else 6] <= MAX_FRAME_BYTES
     for value in values:
@@ -134,7 +134,7 @@ def test_an_absurd_hand_is_named_whoever_sends_it(
 
 
 def test_a_hand_is_not_sent_without_its_give() -> None:
-    with pytest.raises(LocalProtocolError, match=r"^give beside a model is None"):
+    with pytest.raises(LocalProtocolError, match=r"^deflection beside a model is None"):
         GOOD._replace(own_model=USUAL_HAND).encode()
 
 

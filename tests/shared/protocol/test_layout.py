@@ -24,7 +24,7 @@ from cohaptic.protocol.layout import (
     COMPLIANCE,
     CONTACT_SAMPLE,
     COUPLED,
-    GIVE,
+    DEFLECTION,
     LAYOUTS,
     NEIGHBOUR,
     NEIGHBOURHOOD,
@@ -68,7 +68,7 @@ def test_every_kind_has_one_frame() -> None:
     ("layouts", "kept"),
     [
         (
-            (CONTACT_SAMPLE, ANCHOR, GIVE, OWN_MODEL),
+            (CONTACT_SAMPLE, ANCHOR, DEFLECTION, OWN_MODEL),
             set(ContactSample._fields) - {"own_model"} | set(HandModel._fields),
         ),
         # Geometry and law are in the flags of a patch; partners and neighbourhood are behind it.
@@ -129,10 +129,10 @@ def test_each_part_of_a_written_frame_lies_where_the_table_says() -> None:
         if values["anchor"] is not None:
             seen.add("anchor")
             assert list(ANCHOR.packer().unpack_from(data, CONTACT_SAMPLE.size)) == values["anchor"]
-        if values["give"] is not None:
-            seen.add("give")
+        if values["deflection"] is not None:
+            seen.add("deflection")
             at = CONTACT_SAMPLE.size + (ANCHOR.size if values["anchor"] else 0)
-            assert GIVE.packer().unpack_from(data, at) == (values["give"],)
+            assert DEFLECTION.packer().unpack_from(data, at) == (values["deflection"],)
     for data, values in written(PATCH):
         at = PATCH.size
         if values["compliance"] is not None:
@@ -150,13 +150,13 @@ def test_each_part_of_a_written_frame_lies_where_the_table_says() -> None:
             items = list(NEIGHBOUR.packer().iter_unpack(data[at + NEIGHBOURHOOD.size :]))
             rows = zip(near["indices"], near["displacements"], near["compliances"], strict=True)
             assert items == [(i, *u, c) for i, u, c in rows]
-    assert seen == {"anchor", "give", "compliance", "partners", "neighbourhood"}
+    assert seen == {"anchor", "deflection", "compliance", "partners", "neighbourhood"}
 
 
 def read_partners(data: bytes, at: int, values: dict[str, Any]) -> int:
     """Compare the partners in a frame; return the offset behind them."""
     others = values["partners"]
-    head = (len(others), values["weight"], values["most"], *values["model"].values())
+    head = (len(others), values["weight"], values["max_force"], *values["model"].values())
     assert PARTNERS.packer().unpack_from(data, at) == head
     at += PARTNERS.size
     for one in others:

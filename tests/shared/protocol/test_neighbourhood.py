@@ -34,12 +34,14 @@ def test_a_mesh_patch_comes_back_as_it_was(patch: Patch) -> None:
 
 
 def test_only_a_mesh_makes_a_frame_large() -> None:
-    most = Neighbourhood.of(
+    max_force = Neighbourhood.of(
         range(MAX_VERTICES), [(0.01, 0.0, 0.0)] * MAX_VERTICES, [0.004] * MAX_VERTICES
     )
-    largest = replace(MESH, neighbourhood=most, compliance=Compliance3(*[0.001] * 3, *[0.0005] * 3))
+    largest = replace(
+        MESH, neighbourhood=max_force, compliance=Compliance3(*[0.001] * 3, *[0.0005] * 3)
+    )
     assert MAX_FRAME_BYTES < len(largest.encode()) <= MAX_MESH_FRAME_BYTES
-    assert Patch.decode(largest.encode()).neighbourhood == most
+    assert Patch.decode(largest.encode()).neighbourhood == max_force
     assert len(PLANE.encode()) <= MAX_FRAME_BYTES
 
 

@@ -63,7 +63,7 @@ def test_the_part_is_found_at_its_offset(others: Partners, before: bytes, behind
 
 def test_the_largest_patch_fits() -> None:
     """docs/protocol.md: seven partners take 384 bytes, beside 97 vertices and a compliance."""
-    most = Neighbourhood.of(
+    max_force = Neighbourhood.of(
         range(MAX_VERTICES), [(0.01, 0.0, 0.0)] * MAX_VERTICES, [0.004] * MAX_VERTICES
     )
     others = Partners(
@@ -73,12 +73,16 @@ def test_the_largest_patch_fits() -> None:
         tuple(FIRST._replace(user=j + 1, coupled=(0.0,) * (j + 1)) for j in range(MAX_PARTNERS)),
     )
     largest = replace(
-        PLANE, geometry=Geometry.MESH, neighbourhood=most, compliance=COMPLIANCE, partners=others
+        PLANE,
+        geometry=Geometry.MESH,
+        neighbourhood=max_force,
+        compliance=COMPLIANCE,
+        partners=others,
     )
     assert len(others.encode()) == 388
     assert len(largest.encode()) <= MAX_MESH_FRAME_BYTES
     found = Patch.decode(largest.encode())
-    assert (found.partners, found.neighbourhood) == (others, most)
+    assert (found.partners, found.neighbourhood) == (others, max_force)
 
 
 def test_users_are_named_in_the_order_of_the_partners() -> None:
@@ -111,12 +115,12 @@ BEYOND: list[tuple[str, dict[str, Any], int, str, float]] = [
     ("user of a partner", {"user": 0}, 24, "I", 0),
     ("depth of a partner", {"intended": 20.1}, 40, "f", 20.1),
     ("depth of a partner", {"intended": -20.1}, 40, "f", -20.1),
-    ("give of a partner", {"give": 10.1}, 44, "f", 10.1),
-    ("give of a partner", {"give": -10.1}, 44, "f", -10.1),
+    ("deflection of a partner", {"deflection": 10.1}, 44, "f", 10.1),
+    ("deflection of a partner", {"deflection": -10.1}, 44, "f", -10.1),
     ("force of a partner", {"force": -0.1}, 48, "f", -0.1),
     ("force of a partner", {"force": 301.0}, 48, "f", 301.0),
-    ("largest force of a partner", {"most": -0.1}, 52, "f", -0.1),
-    ("largest force of a partner", {"most": 101.0}, 52, "f", 101.0),
+    ("largest force of a partner", {"max_force": -0.1}, 52, "f", -0.1),
+    ("largest force of a partner", {"max_force": 101.0}, 52, "f", 101.0),
     ("c_jj of a partner", {"c_jj": 0.0}, 56, "f", 0.0),
     ("c_jj of a partner", {"c_jj": 0.9e-6}, 56, "f", 0.9e-6),
     ("c_jj of a partner", {"c_jj": 10.1}, 56, "f", 10.1),

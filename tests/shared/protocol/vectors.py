@@ -292,7 +292,7 @@ def partners_fields(others: Partners | None) -> dict[str, Any] | None:
         return None
     return {
         "weight": others.weight,
-        "most": others.most,
+        "max_force": others.max_force,
         "model": others.model._asdict(),
         "partners": [p._asdict() | {"model": p.model._asdict()} for p in others.partners],
     }

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.recording.journal import (
+    LARGEST,
     MARK,
-    MOST,
     Clocks,
     Damage,
     Entry,
@@ -120,7 +120,7 @@ FORGED = {
     "too short": (b"R", bytes(3)),
     "cut off": (b"R", bytes(24) + zlib.compress(rows(0, 9))[:-5]),
     "a part of a row": (b"R", bytes(24) + zlib.compress(rows(0, 1)[:-1])),
-    "more than may be": (b"R", bytes(24) + zlib.compress(bytes(MOST + ROW.size))),
+    "more than may be": (b"R", bytes(24) + zlib.compress(bytes(LARGEST + ROW.size))),
     "short clocks": (b"C", bytes(39)),
     "another version's": (b"X", b"?"),
 }
@@ -147,6 +147,6 @@ def test_a_block_that_no_recorder_writes_is_damage_though_its_checksum_is_right(
 
 def test_a_file_of_nothing_but_promises_is_read_in_bounded_time() -> None:
     """A hundred thousand heads, each of which says that eight megabytes follow: once for ever."""
-    head = struct.pack("<4scII", MARK, b"R", 2 * MOST, 0)
-    lies = head * 100_000 + bytes(2 * MOST)
+    head = struct.pack("<4scII", MARK, b"R", 2 * LARGEST, 0)
+    lies = head * 100_000 + bytes(2 * LARGEST)
     assert read(lies) == [Damage(len(lies), cut_short=False)]

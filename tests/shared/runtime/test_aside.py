@@ -58,7 +58,7 @@ def test_nobody_waits_for_a_pipe_that_nobody_reads_and_what_is_left_out_is_count
     pipe: tuple[int, int],
 ) -> None:
     reads, writes = pipe
-    out = Aside(writes, most=1000)
+    out = Aside(writes, limit=1000)
     sent = 0
     while out.drain(0.05):  # until the pipe is full
         for _ in range(9):
@@ -84,7 +84,7 @@ def test_a_terminal_that_is_stopped_holds_nobody_up() -> None:
     import pty
 
     screen, terminal = pty.openpty()
-    out = Aside(terminal, most=1000)
+    out = Aside(terminal, limit=1000)
     assert out.isatty()
     out.write("before\n")
     assert out.drain(PATIENCE)

@@ -10,8 +10,8 @@
 import type { Compliance3 } from "../model/body";
 import { add, cross, dot, norm, scale, sub, unit, type Vec3, ZERO } from "../model/vec";
 
-const ROUNDING = 1e-9; // share of the diagonal's product; the server sends no compliance that is so nearly singular
-const WEDGE = 0.9; // share of the way in that friction may take back
+const ROUNDING = 1e-9; // fraction of the diagonal's product; the server sends no compliance that is so nearly singular
+const WEDGE = 0.9; // fraction of the way in that friction may take back
 
 /** Memory of the sticking contact. */
 export interface FrictionState {
@@ -24,10 +24,10 @@ export interface FrictionState {
   /** Whether there was contact in the last period. */
   readonly touching: boolean;
   /** Share of the body's stiffness that the friction's force uses; below 1 where the device is softer. */
-  readonly share: number;
+  readonly fraction: number;
 }
 
-export const NO_FRICTION: FrictionState = { stretch: ZERO, force: ZERO, material: ZERO, touching: false, share: 1 };
+export const NO_FRICTION: FrictionState = { stretch: ZERO, force: ZERO, material: ZERO, touching: false, fraction: 1 };
 
 /** C f [m]. */
 export function times([xx, yy, zz, xy, xz, yz]: Compliance3, [x, y, z]: Vec3): Vec3 {
@@ -68,7 +68,7 @@ export function believedShift(normal: Vec3, C: Compliance3, k_h: number): number
   return gain <= 1 ? 1 : 1 / gain;
 }
 
-/** The share of a normal force that comes back through friction, 0 to 0.9 (`wedging` of `friction.py`). */
+/** The fraction of a normal force that comes back through friction, 0 to 0.9 (`wedging` of `friction.py`). */
 export function wedging(mu: number, normal: Vec3, C: Compliance3, k_h: number): number {
   const moved = times(C, normal);
   const along = dot(moved, normal);
@@ -86,14 +86,14 @@ export function anchorOf(state: FrictionState, probe: Vec3, normal: Vec3, depth:
  * How far the anchor goes with the material in this period.
  *
  * @param material Present displacement by the others of the material under the contact [m].
- * @param most Largest way in this period, so that the force of a contact at rest has no step [m].
+ * @param max_change Largest way in this period, so that the force of a contact at rest has no step [m].
  * @returns The way of the anchor in this period, and the displacement that it has followed [m].
  */
-export function followMaterial(state: FrictionState, material: Vec3, most: number): [carried: Vec3, followed: Vec3] {
+export function followMaterial(state: FrictionState, material: Vec3, max_change: number): [carried: Vec3, followed: Vec3] {
   if (!state.touching) return [ZERO, material];
   let gap = sub(material, state.material);
   const size = norm(gap);
-  if (size > most) gap = scale(gap, most / size);
+  if (size > max_change) gap = scale(gap, max_change / size);
   return [gap, add(state.material, gap)];
 }
 
@@ -112,18 +112,18 @@ export interface Slide {
   /** Coefficient of friction. */
   readonly mu: number;
   /** Share of the body's stiffness that the law may use, K_h C_ii. */
-  readonly share: number;
+  readonly fraction: number;
   /** Largest stiffness that the device renders stably; no direction along the surface exceeds it [N/m]. */
   readonly max_stiffness: number;
   /** Largest change of the force by the others in this period [N]. */
-  readonly most: number;
+  readonly max_change: number;
 }
 
 /** One period of stick and slip. */
 export function frictionStep(state: FrictionState, slide: Slide): FrictionState {
   const { moved, material, normal, normal_force, C, max_stiffness } = slide;
-  let { mu, most } = slide;
-  if (normal_force <= 0 || mu <= 0 || slide.share <= 0) return NO_FRICTION;
+  let { mu, max_change } = slide;
+  if (normal_force <= 0 || mu <= 0 || slide.fraction <= 0) return NO_FRICTION;
   const [one, two] = tangents(normal);
   const along_n = times(C, scale(normal, normal_force));
   const b1 = dot(along_n, one);
@@ -141,15 +141,15 @@ export function frictionStep(state: FrictionState, slide: Slide): FrictionState 
   if (mu * lifts > pressed_in) mu = pressed_in / lifts;
   // Compliance of the stiffest direction, by the larger eigenvalue so that nothing cancels.
   const stiffest = det / (0.5 * (c11 + c22) + Math.hypot(0.5 * (c11 - c22), c12));
-  let share = Math.min(slide.share, max_stiffness * stiffest);
+  let fraction = Math.min(slide.fraction, max_stiffness * stiffest);
   const held = norm(state.force);
   if (state.touching && held > 0) {
     // A change of the gain moves the friction too: it may take half of the allowed change.
-    const reach = (0.5 * most) / held;
-    share = Math.min(Math.max(share, state.share * (1 - reach)), state.share * (1 + reach));
-    most = Math.max(0, most - held * Math.abs(share / state.share - 1)); // not below 0 by a rounding
+    const reach = (0.5 * max_change) / held;
+    fraction = Math.min(Math.max(fraction, state.fraction * (1 - reach)), state.fraction * (1 + reach));
+    max_change = Math.max(0, max_change - held * Math.abs(fraction / state.fraction - 1)); // not below 0 by a rounding
   }
-  const [carried, followed] = followMaterial(state, material, (most * stiffest) / share);
+  const [carried, followed] = followMaterial(state, material, (max_change * stiffest) / fraction);
   // At first touch the friction starts from zero, whatever the normal force.
   const stretch = state.touching ? state.stretch : add(scale(one, -b1), scale(two, -b2));
   const way = sub(add(stretch, moved), carried);
@@ -158,17 +158,17 @@ export function frictionStep(state: FrictionState, slide: Slide): FrictionState 
   let s2 = dot(way, two);
   const r1 = s1 + b1;
   const r2 = s2 + b2;
-  let f1 = (-share * (c22 * r1 - c12 * r2)) / det;
-  let f2 = (-share * (c11 * r2 - c12 * r1)) / det;
+  let f1 = (-fraction * (c22 * r1 - c12 * r2)) / det;
+  let f2 = (-fraction * (c11 * r2 - c12 * r1)) / det;
   const size = Math.hypot(f1, f2);
   const limit = mu * normal_force;
   if (size > limit) {
     // Slip: the contact follows until the friction that is left can hold it.
     f1 = (f1 * limit) / size;
     f2 = (f2 * limit) / size;
-    s1 = -(c11 * f1 + c12 * f2) / share - b1;
-    s2 = -(c12 * f1 + c22 * f2) / share - b2;
+    s1 = -(c11 * f1 + c12 * f2) / fraction - b1;
+    s2 = -(c12 * f1 + c22 * f2) / fraction - b2;
   }
   const at = (a: number, b: number): Vec3 => add(scale(one, a), scale(two, b));
-  return { stretch: at(s1, s2), force: at(f1, f2), material: followed, touching: true, share };
+  return { stretch: at(s1, s2), force: at(f1, f2), material: followed, touching: true, fraction };
 }

@@ -73,21 +73,21 @@ export function writeAnchor(view: DataView, at: number, anchor: Vec3): void {
   setVec(view, at, anchor);
 }
 
-export const GIVE_SIZE = 4;
+export const DEFLECTION_SIZE = 4;
 
 /** Behind a contact sample of a client that moves models of the hands, or simulates its own: displacement of the model of this client's own hand, out of the body, by the forces on the hand before `t_client` [m]; +-10 */
-export function readGive(view: DataView, at: number): number {
+export function readDeflection(view: DataView, at: number): number {
   return view.getFloat32(at, true);
 }
 
-export function writeGive(view: DataView, at: number, give: number): void {
-  view.setFloat32(at, give, true);
+export function writeDeflection(view: DataView, at: number, deflection: number): void {
+  view.setFloat32(at, deflection, true);
 }
 
 export const OWN_MODEL_SIZE = 12;
 export const OWN_MODEL_AT = { mass: 0, damping: 4, stiffness: 8 } as const;
 
-/** Behind the give of a client that simulates its own hand, and so knows it: the hand itself. */
+/** Behind the deflection of a client that simulates its own hand: the hand itself. */
 export interface OwnModelFields {
   /** of the model [kg]; 0.03..0.8 */ readonly mass: number;
   /** of the model [N s/m]; 0.5..100 */ readonly damping: number;
@@ -180,13 +180,13 @@ export function readCompliance(view: DataView, at: number): readonly [number, nu
 }
 
 export const PARTNERS_SIZE = 24;
-export const PARTNERS_AT = { count: 0, weight: 4, most: 8, mass: 12, damping: 16, stiffness: 20 } as const;
+export const PARTNERS_AT = { count: 0, weight: 4, max_force: 8, mass: 12, damping: 16, stiffness: 20 } as const;
 
 /** Behind a patch and its compliance, for a client that moves models of the hands (`science.md` 3.15). */
 export interface PartnersFields {
   /** partners that follow; <= 7 */ readonly count: number;
   /** share of the models' forces; the rest is that of the forces in this surface [1]; 0..1 */ readonly weight: number;
-  /** largest force that the body takes of this client [N]; 0..100 */ readonly most: number;
+  /** largest force of this client on the body [N]; 0..100 */ readonly max_force: number;
   /** of the model [kg]; 0.03..0.8 */ readonly mass: number;
   /** of the model [N s/m]; 0.5..100 */ readonly damping: number;
   /** of the model [N/m]; 50..1e4 */ readonly stiffness: number;
@@ -196,7 +196,7 @@ export function readPartnersFields(view: DataView, at: number): PartnersFields {
   return {
     count: view.getUint16(at, true),
     weight: view.getFloat32(at + 4, true),
-    most: view.getFloat32(at + 8, true),
+    max_force: view.getFloat32(at + 8, true),
     mass: view.getFloat32(at + 12, true),
     damping: view.getFloat32(at + 16, true),
     stiffness: view.getFloat32(at + 20, true),
@@ -204,7 +204,7 @@ export function readPartnersFields(view: DataView, at: number): PartnersFields {
 }
 
 export const PARTNER_SIZE = 36;
-export const PARTNER_AT = { user: 0, mass: 4, damping: 8, stiffness: 12, intended: 16, give: 20, force: 24, most: 28, c_jj: 32 } as const;
+export const PARTNER_AT = { user: 0, mass: 4, damping: 8, stiffness: 12, intended: 16, deflection: 20, force: 24, max_force: 28, c_jj: 32 } as const;
 
 /** Another hand: its contact, what it wants, and its model. Its row of the compliance follows. */
 export interface PartnerFields {
@@ -212,10 +212,10 @@ export interface PartnerFields {
   /** of the model [kg]; 0.03..0.8 */ readonly mass: number;
   /** of the model [N s/m]; 0.5..100 */ readonly damping: number;
   /** of the model [N/m]; 50..1e4 */ readonly stiffness: number;
-  /** depth of its tip below the surface without any force, plus the `give` that it told [m]; +-20 */ readonly intended: number;
-  /** the `give` that it told [m]; +-10 */ readonly give: number;
+  /** depth of its tip below the surface without any force, plus its `deflection` [m]; +-20 */ readonly intended: number;
+  /** the `deflection` that its client reports [m]; +-10 */ readonly deflection: number;
   /** of this hand along its normal, in this surface [N]; 0..300 */ readonly force: number;
-  /** largest force of this hand [N]; 0..100 */ readonly most: number;
+  /** largest force of this hand [N]; 0..100 */ readonly max_force: number;
   /** compliance of its contact and its device [m/N]; 1e-6..10 */ readonly c_jj: number;
 }
 
@@ -226,9 +226,9 @@ export function readPartnerFields(view: DataView, at: number): PartnerFields {
     damping: view.getFloat32(at + 8, true),
     stiffness: view.getFloat32(at + 12, true),
     intended: view.getFloat32(at + 16, true),
-    give: view.getFloat32(at + 20, true),
+    deflection: view.getFloat32(at + 20, true),
     force: view.getFloat32(at + 24, true),
-    most: view.getFloat32(at + 28, true),
+    max_force: view.getFloat32(at + 28, true),
     c_jj: view.getFloat32(at + 32, true),
   };
 }

@@ -293,7 +293,7 @@ export class TouchEngine {
       probe: this.device.tip.position,
       force,
       anchor,
-      give: dot(this.device.gave.position, this.loop.normal),
+      deflection: dot(this.device.gave.position, this.loop.normal),
       own_model: this.hand,
     });
   }

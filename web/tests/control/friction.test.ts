@@ -41,7 +41,7 @@ describe("as the Python client", () => {
 
 const EVEN: Compliance3 = [0.004, 0.004, 0.004, 0, 0, 0];
 const AT_REST: Slide = {
-  moved: ZERO, material: ZERO, normal: [0, 0, 1], normal_force: 3, C: EVEN, mu: 0.8, share: 1, max_stiffness: 1e4, most: 100,
+  moved: ZERO, material: ZERO, normal: [0, 0, 1], normal_force: 3, C: EVEN, mu: 0.8, fraction: 1, max_stiffness: 1e4, max_change: 100,
 };
 
 test("material that others drag takes a finger that sticks along, by its stiffness", () => {
@@ -57,7 +57,7 @@ test("a drag comes no faster than allowed, and a displacement from before the to
   expectClose(came.force, [0, 0, 0], "force on coming");
   const [carried, followed] = followMaterial(came, [0.009, 0, 0], 0.001);
   expectClose([carried, followed], [[0.001, 0, 0], [0.006, 0, 0]], "way");
-  const slow = frictionStep(came, { ...AT_REST, material: [0.009, 0, 0], most: 0.02 });
+  const slow = frictionStep(came, { ...AT_REST, material: [0.009, 0, 0], max_change: 0.02 });
   expect(norm(slow.force)).toBeLessThanOrEqual(0.02);
   expect(norm(slow.force)).toBeGreaterThan(0.005);
 });

@@ -10,9 +10,9 @@ import { traversalOf } from "../../src/protocol/traversal";
 import { type BinaryVector, fromHex, oneByteWrong, outcome, toHex, vectors, wrongLengths } from "../vectors";
 
 const told = vectors("contact_sample") as BinaryVector<ContactSample>[];
-/** The page tells a give only with the hand that it simulates. */
-const gives = told.filter(({ fields }) => fields.give !== null && fields.own_model === null);
-const samples = told.filter((sample) => !gives.includes(sample));
+/** The page tells a deflection only with the hand that it simulates. */
+const deflections = told.filter(({ fields }) => fields.deflection !== null && fields.own_model === null);
+const samples = told.filter((sample) => !deflections.includes(sample));
 /** The page moves no models of hands, and its patches have no partners. */
 const patches = (vectors("patch") as BinaryVector<Patch & { partners?: unknown }>[])
   .filter(({ fields }) => fields.partners === null)
@@ -128,9 +128,9 @@ describe("whatever the bytes, a message or a ProtocolError", () => {
 test("frames for clients that move models of hands are refused by name", () => {
   const known = patches.map(({ name }) => name);
   const others = (vectors("patch") as BinaryVector<unknown>[]).filter(({ name }) => !known.includes(name));
-  expect(Math.min(others.length, gives.length)).toBeGreaterThan(0);
+  expect(Math.min(others.length, deflections.length)).toBeGreaterThan(0);
   for (const { hex } of others) expect(() => decodePatch(fromHex(hex))).toThrow(/flags of a patch/);
-  for (const { hex } of gives) expect(() => decodeContactSample(fromHex(hex))).toThrow(/flags of a contact sample/);
+  for (const { hex } of deflections) expect(() => decodeContactSample(fromHex(hex))).toThrow(/flags of a contact sample/);
 });
 
 test("an error names the value and the limit", () => {

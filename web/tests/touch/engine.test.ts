@@ -126,7 +126,7 @@ describe("a cursor that presses a plane", () => {
       session.run(0.5);
       session.engine.point([SURFACE + 0.02, 0, 0]);
       session.run(1);
-      return session.server.samples.map(({ probe, give, force }) => [probe[0] - (give ?? NaN), Math.hypot(...force)]);
+      return session.server.samples.map(({ probe, deflection, force }) => [probe[0] - (deflection ?? NaN), Math.hypot(...force)]);
     };
     const [pressing, free] = [wanted(true), wanted(false)];
     expect(Math.max(...pressing.map(([, force]) => force))).toBeGreaterThan(2);

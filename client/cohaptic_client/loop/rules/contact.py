@@ -34,7 +34,7 @@ class Gain(Rule):
         k_h = wanted = fade.now.gains.k_h
         if patch.law is fade.now.law:
             newest = gains_under(patch, sight, settings)
-            wanted = state.k_h_before + period.share * (newest.k_h - state.k_h_before)
+            wanted = state.k_h_before + period.fraction * (newest.k_h - state.k_h_before)
             after = slew_gain(k_h, wanted, period.counted, state.normal_force)
             change = abs(after - k_h) * max(0.0, state.depth)
             period.spent_gain = period.budget.take(change)
@@ -52,16 +52,16 @@ class Reserve(Rule):
     """Reserves what fades, and the damping of a slow hand, may change of the force."""
 
     def apply(self, period: Period) -> None:
-        """Fill in `fade_most`, `law_fade_most` and `damping_most`."""
+        """Fill in `fade_limit`, `law_fade_limit` and `damping_limit`."""
         fade, budget, memory = period.fade, period.budget, period.state.passivity
         if fade is None:
             return
         if period.silent or period.state.safety.scale < 1.0:
-            period.fade_most = budget.take(period.fade_most)
-            period.spent_fades += period.fade_most
+            period.fade_limit = budget.take(period.fade_limit)
+            period.spent_fades += period.fade_limit
         if fade.before is not None:
-            period.law_fade_most = budget.take(LAW_FADE_RATE * period.counted)
-            period.spent_fades += period.law_fade_most
+            period.law_fade_limit = budget.take(LAW_FADE_RATE * period.counted)
+            period.spent_fades += period.law_fade_limit
         # The motion of a slow hand explains no change of its damping (`own_force`).
         speed = norm(period.sample.velocity)
         if 0.0 < speed <= SLOW and (memory.owed > 0.0 or memory.damping > 0.0):
@@ -69,7 +69,7 @@ class Reserve(Rule):
             granted = budget.take(whole)
             period.spent_fades += granted
             if granted < whole:
-                period.damping_most = granted / speed
+                period.damping_limit = granted / speed
 
 
 class Compliance(Rule):
@@ -81,14 +81,14 @@ class Compliance(Rule):
         patch = state.patch
         if period.sight is None or patch is None or settings.friction <= 0.0:
             return
-        share = period.counted / settings.simulation_period
+        fraction = period.counted / settings.simulation_period
         half = period.budget.reserve(0.5)  # for the friction and its compliance
         C = period.compliance = slew_compliance(
             state.compliance,
             patch.compliance,
             state.friction,
             state.normal_force,
-            share,
+            fraction,
             0.5 * half,
         )
         if C is not None:
@@ -123,7 +123,7 @@ class Depth(Rule):
     """Moves the depth with the hand, with the models, and with the surface as the budget allows."""
 
     def apply(self, period: Period) -> None:
-        """Fill in `depth` and `most`."""
+        """Fill in `depth` and `limit`."""
         sight, state, k_h = period.sight, period.state, period.k_h
         if sight is None:
             return
@@ -138,14 +138,14 @@ class Depth(Rule):
                 wished -= math.copysign(beyond - period.spent_models / k_h, wished)
                 by_models, _ = _by_models(change, period.moved_in, period.explained, wished)
             own += by_models
-        most = period.budget.left if given else math.inf
-        period.depth = hold_back(own, sight.depth, most / max(k_h, SOFT))
+        limit = period.budget.left if given else math.inf
+        period.depth = hold_back(own, sight.depth, limit / max(k_h, SOFT))
         if given:
             way = max(0.0, period.depth) - max(0.0, own)
             period.spent_depth = period.budget.take(abs(way) * k_h)
         # An experiment that has no such limit behind the law has none for its integral, either.
         external = period.settings.limits.external_rate
-        period.most = most + max(0.0, external - EXTERNAL_RATE) * period.counted
+        period.max_change = limit + max(0.0, external - EXTERNAL_RATE) * period.counted
 
 
 def _by_models(

@@ -12,7 +12,7 @@ from cohaptic.vec import add, dot, scale, sub
 from cohaptic_client.loop.law_fade import LawFade, Running, run
 from cohaptic_client.loop.passivity import dissipate
 from cohaptic_client.loop.period import Period
-from cohaptic_client.loop.replica import share_answered
+from cohaptic_client.loop.replica import fraction_answered
 from cohaptic_client.loop.rule import Rule
 from cohaptic_client.loop.rules.contact import held
 from cohaptic_client.loop.trust import beyond
@@ -35,8 +35,8 @@ class LawForce(Rule):
         if period.memories:
             fade = not_wound_up(fade, period)
         fade, local = run(
-            fade, surface, period.counted, period.settings.law, period.moved_in, period.most,
-            period.law_fade_most,
+            fade, surface, period.counted, period.settings.law, period.moved_in, period.max_change,
+            period.law_fade_limit,
         )  # fmt: skip
         period.fade, period.local = fade, local
         period.damped_force = local.normal_force
@@ -51,11 +51,11 @@ def not_wound_up(fade: LawFade, period: Period) -> LawFade:
     meanwhile, and be felt long after the hand has left.
     """
     now, state = fade.now, period.state
-    most = dot(state.safety.force, state.normal) + AHEAD
-    memory = now.law.model.held_to(now.memory, most, now.gains)
+    limit = dot(state.safety.force, state.normal) + AHEAD
+    memory = now.law.model.held_to(now.memory, limit, now.gains)
     if memory is now.memory:
         return fade
-    return LawFade(Running(now.law, now.gains, memory), fade.before, fade.share)
+    return LawFade(Running(now.law, now.gains, memory), fade.before, fade.fraction)
 
 
 class Damping(Rule):
@@ -69,13 +69,13 @@ class Damping(Rule):
         memory, speed_in = state.passivity, -dot(period.normal, period.sample.velocity)
         # Models that answer at once make no energy, and their loop is stable without damping
         # (science 3.15). The account is kept for the moment at which they no longer answer.
-        owed = (1.0 - share_answered(state.replica, state.trust.share)) * memory.owed
+        owed = (1.0 - fraction_answered(state.replica, state.trust.fraction)) * memory.owed
         if state.replica is not None:  # unless they drive the hand
             owed += beyond(state.trust)
         force = period.local.normal_force
         period.damping, period.damped_force = dissipate(
             owed, memory.damping, force, speed_in, period.counted, settings.max_damping,
-            period.damping_most,
+            period.damping_limit,
         )  # fmt: skip
         if period.damped_force != force:
             period.asked = scale(period.normal, period.damped_force)

@@ -9,7 +9,7 @@ from cohaptic.control.geometry import Sight
 from cohaptic.control.law import pressed_depth
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
 from cohaptic_client.loop.law_fade import LawFade
-from cohaptic_client.loop.passivity import Passivity, given_share, observe
+from cohaptic_client.loop.passivity import Passivity, given_fraction, observe
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.replica import move
 from cohaptic_client.loop.rule import Rule
@@ -28,7 +28,7 @@ class Account(Rule):
         stored, C = period.local.stored, period.compliance
         if C is not None:
             stored += stored_by_friction(period.friction, period.law_force, C)
-        stored = given_share(stored, period.given_ratio, period.safety.scale)
+        stored = given_fraction(stored, period.given_ratio, period.safety.scale)
         from_body = work_of_body(before, now, period.fade, period.moved_in, friction=C is not None)
         on_hand = 0.5 * dot(add(state.safety.force, period.safety.force), period.moved)
         memory = state.passivity
@@ -47,7 +47,7 @@ def stored_by_friction(friction: FrictionState, force: Vec3, C: Compliance3) -> 
     # The energy f C f / 2 for the whole force f, less the energy for the normal force alone.
     normal_force = sub(force, friction.force)
     both = add(force, normal_force)
-    return 0.5 * dot(friction.force, times(C, both)) / max(friction.share, 1e-9)
+    return 0.5 * dot(friction.force, times(C, both)) / max(friction.fraction, 1e-9)
 
 
 def work_of_body(
@@ -72,7 +72,7 @@ def work_of_body(
         # During a transition each of the two laws contributes its part of the force.
         law = fade.before.law
         old = pressed_depth(law, now) - pressed_depth(law, before) - moved_in
-        towards_hand = old + fade.share * (towards_hand - old)
+        towards_hand = old + fade.fraction * (towards_hand - old)
     work = own_normal_force * towards_hand
     if friction:
         way = sub(now.u_others, before.u_others)
@@ -84,12 +84,12 @@ class ToBody(Rule):
     """Gives the body the law's force in the share that the hand was given, and moves the models."""
 
     def apply(self, period: Period) -> None:
-        """Fill in `on_body` and `give`, and replace `replica`."""
+        """Fill in `on_body` and `deflection`, and replace `replica`."""
         limits = period.settings.limits
         period.on_body = on_body(period.law_force, period.given_ratio, limits.max_force)
         replica, answered = period.replica, period.answered
         if replica is not None and answered is not None:
-            period.give = replica.gives[0].y
+            period.deflection = replica.deflections[0].y
             pressed = dot(period.on_body, period.normal)
             period.replica = move(replica, answered, pressed, period.counted, period.recent)
 
@@ -109,8 +109,8 @@ def on_body(force: Vec3, ratio: float, max_force: float) -> Vec3:
     size = norm(force)
     if not size < math.inf:  # NaN too
         return ZERO
-    share = min(1.0, ratio)
-    return scale(force, max_force / size if size * share > max_force else share)
+    fraction = min(1.0, ratio)
+    return scale(force, max_force / size if size * fraction > max_force else fraction)
 
 
 class Trusted(Rule):
@@ -119,6 +119,6 @@ class Trusted(Rule):
     def apply(self, period: Period) -> None:
         """Fill in `trust`."""
         trust = period.state.trust
-        if period.replica is not None or trust.made > 0.0 or trust.share < 1.0:
+        if period.replica is not None or trust.made > 0.0 or trust.fraction < 1.0:
             force = dot(period.safety.force, period.normal)
             period.trust = trusted(trust, force, -period.moved_in, period.dt)

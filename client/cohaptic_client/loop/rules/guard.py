@@ -30,7 +30,7 @@ from cohaptic_client.loop.safety import (
     Trouble,
     clamped,
     find_fault,
-    next_share,
+    next_fraction,
     released,
     towards,
 )
@@ -97,9 +97,9 @@ class Fade(Rule):
             state.mode is _WAITING and period.quiet >= limits.engage_periods and not silent
         )
         up = period.engaged and not silent
-        period.scale = next_share(
+        period.scale = next_fraction(
             state.scale, up, min(size, limits.max_force),
-            limits.engage_time if up else limits.fade_time, period.counted, period.fade_most,
+            limits.engage_time if up else limits.fade_time, period.counted, period.fade_limit,
         )  # fmt: skip
         if period.scale < 1.0:
             period.force = scale(period.force, period.scale)
@@ -130,10 +130,10 @@ class Rate(Rule):
             own += state.own * (1.0 - step / FORGET_OWN)
             at_once = own
         own = min(own, 2.0 * limits.max_force)
-        most = min(limits.max_rate * step, at_once + BACKSTOP * limits.external_rate * step)
+        limit = min(limits.max_rate * step, at_once + BACKSTOP * limits.external_rate * step)
         wanted = period.force
-        force = period.force = towards(state.force, wanted, most)
-        held_back = own - most if own > most else 0.0
+        force = period.force = towards(state.force, wanted, limit)
+        held_back = own - limit if own > limit else 0.0
         if held_back > 0.0:  # no more than is still to come
             held_back = min(held_back, norm(sub(wanted, force)))
         mode, words, cause = state.mode, state.fault, state.cause

@@ -49,8 +49,8 @@ def trouble_of(state: LoopState, sample: DeviceSample, now: float, limits: Safet
     if state.safety.now is None:
         return NO_TROUBLE
     passed = now - state.safety.now
-    most = limits.max_speed * (passed + limits.stale if passed > 0.0 else limits.stale)
-    if (x - x0) * (x - x0) + (y - y0) * (y - y0) + (z - z0) * (z - z0) > most * most:
+    limit = limits.max_speed * (passed + limits.stale if passed > 0.0 else limits.stale)
+    if (x - x0) * (x - x0) + (y - y0) * (y - y0) + (z - z0) * (z - z0) > limit * limit:
         way = norm(sub(sample.position, state.probe))
         words = f"the device jumped by {1e3 * way:.0f} mm, faster than {limits.max_speed:g} m/s"
         return Trouble(JUMPED, words)
@@ -61,13 +61,13 @@ class Shown(Rule):
     """Moves the shown surface on its way from patch to patch, and samples it at the probe."""
 
     def apply(self, period: Period) -> None:
-        """Fill in `silent`, `share`, `sight` and the displacement of the hand."""
+        """Fill in `silent`, `fraction`, `sight` and the displacement of the hand."""
         state, now, settings = period.state, period.now, period.settings
         period.silent = is_silent(state, now, settings)
         if state.coming:
             state = period.state = play(state, now, settings)
-        period.share = progress(state, now)
-        period.sight = shown(state, period.sample.position, period.share)
+        period.fraction = progress(state, now)
+        period.sight = shown(state, period.sample.position, period.fraction)
         if period.sight is not None:
             period.fade = state.fade
             period.moved = sub(period.sample.position, state.probe)
@@ -91,9 +91,9 @@ class Models(Rule):
         own = Own(
             state.k_h, patch.c_ii, settings.limits.max_force, state.safety.scale,
             settings.max_stiffness, moved_in, period.recent.speed,
-            WISH_RATE_IN_FADES if fades else WISH_RATE, state.trust.share,
+            WISH_RATE_IN_FADES if fades else WISH_RATE, state.trust.fraction,
         )  # fmt: skip
-        answered = answer(replica, sight, period.share, own, period.counted)
+        answered = answer(replica, sight, period.fraction, own, period.counted)
         period.answered = answered
         period.sight = answered.sight
         period.explained, period.wished = answered.explained, answered.wished

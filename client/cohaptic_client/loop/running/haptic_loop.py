@@ -296,9 +296,22 @@ class HapticLoop:
         anchor = period.anchor
         ax, ay, az = anchor or ZERO
         holds = anchor is not None
-        give = period.give
+        deflection = period.deflection
         raw = SAMPLE.pack(
-            now, tick, x, y, z, fx, fy, fz, holds, ax, ay, az, give is not None, give or 0.0
+            now,
+            tick,
+            x,
+            y,
+            z,
+            fx,
+            fy,
+            fz,
+            holds,
+            ax,
+            ay,
+            az,
+            deflection is not None,
+            deflection or 0.0,
         )
         self._memory.sample.write(raw)
 

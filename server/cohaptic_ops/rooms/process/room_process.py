@@ -2,7 +2,7 @@
 
 A room may run at a real-time priority, before ordinary processes. Threads of equal real-time
 priority do not preempt each other: on two cores, two rooms whose ticks take longer than a period
-would stop every other room for good. A room that uses more than `MOST` of a core therefore loses
+would stop every other room for good. A room that uses more than `LARGEST` of a core therefore loses
 the priority until it uses less than `LESS`.
 """
 
@@ -54,7 +54,7 @@ from cohaptic_server.shell.server import CohapticServer
 # Fraction of a core above which a room loses its priority, and below which it gets it back
 # (hysteresis). If a tick takes at most half of its period, other rooms get their turn in each
 # period.
-MOST = 0.5
+LARGEST = 0.5
 LESS = 0.25
 CALM = 5.0  # s below `LESS` until a room gets its priority back, so that it does not flap
 
@@ -78,7 +78,7 @@ class Precedence:
             now: Time [s].
         """
         before = self.first
-        if share > MOST:
+        if share > LARGEST:
             self.first, self._calm_since = False, None
         elif share > LESS:
             self._calm_since = None

@@ -373,8 +373,8 @@ class RubberBalloon:
         membrane = Membrane.at_rest(unstretched / self.settings.stretch, faces, self.settings.mu_h)
         self.volume = volume(x, faces)
         order = number[order_from_base(faces, free)]
-        for share in _CAPS:
-            cap = order[-max(1, round(share * len(order))) :]
+        for fraction in _CAPS:
+            cap = order[-max(1, round(fraction * len(order))) :]
             analysis = analyse(number[faces], x[free], root=cap)
             sheet = RubberSheet(membrane, number, analysis)
             filled = FilledSheet(sheet, dofs(np.flatnonzero(free)[analysis.order]), self.volume)
@@ -393,15 +393,15 @@ class RubberBalloon:
             before: Response of the previous tick, where the steps start; None starts from rest.
         """
         start = before.iterate if isinstance(before, RubberResponse) else self._rest
-        shares = np.zeros((len(loads), *self.mesh.vertices.shape))
+        fractions = np.zeros((len(loads), *self.mesh.vertices.shape))
         for i, load in enumerate(loads):
-            shares[i, load.vertices] = load.weights[:, None] * load.direction
-        external = np.tensordot(np.array([load.force for load in loads]), shares, axes=1)
+            fractions[i, load.vertices] = load.weights[:, None] * load.direction
+        external = np.tensordot(np.array([load.force for load in loads]), fractions, axes=1)
         if self.damping:
             external = lagged(external, start.state.internal_force, self.damping)
-        moved = self._newton.advance(start, external, shares, self._rest)
+        moved = self._newton.advance(start, external, fractions, self._rest)
         iterate, fields = moved.iterate, moved.fields
-        C = np.tensordot(shares, fields, axes=([1, 2], [1, 2]))
+        C = np.tensordot(fractions, fields, axes=([1, 2], [1, 2]))
         return RubberResponse(
             iterate.state.x - self.mesh.vertices,
             fields,

@@ -27,7 +27,7 @@ from cohaptic_server.touchable import DAMPING_RATIO
 # Highest frequency of a mode. Above it even the unsteadiest hand excites no mode, and ticks at
 # 60 Hz have at most six samples per period: to a hand the body is at rest at once.
 HIGHEST = 10.0  # Hz
-MOST = 6  # modes; each adds a displacement field that every tick evaluates
+LARGEST = 6  # modes; each adds a displacement field that every tick evaluates
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,13 +173,13 @@ class ModalResponse:
         left = self.elastic.without(loads, forces, vertices)
         return left + self.felt * self._swing(vertices) if self.felt else left
 
-    def showing(self, share: float) -> ModalResponse:
+    def showing(self, fraction: float) -> ModalResponse:
         """Return a copy of the response for the next tick, with a new value of `felt`.
 
         Args:
-            share: Share of the swing that hands feel, 0 to 1.
+            fraction: Share of the swing that hands feel, 0 to 1.
         """
-        return replace(self, felt=share)
+        return replace(self, felt=fraction)
 
     def _swing(self, vertices: Ints) -> Floats:
         shapes = self.modes.shapes[:, vertices]

@@ -9,5 +9,5 @@ Terms:
     bounds: Lower bounds of J between the points, from Bernstein coefficients.
     stiffened: Tangent without the parts of its moduli that can make it indefinite.
     swell: Derivative of J by the node positions, dJ/dx [1/m].
-    shares: Nodal forces of each load per unit of its force.
+    fractions: Nodal forces of each load per unit of its force.
 """

@@ -125,15 +125,15 @@ class RubberSolid:
         """
         start = before.iterate if isinstance(before, RubberSolidResponse) else self._rest
         surface = self.shape.surface
-        shares = np.zeros((len(loads), *self.shape.nodes.shape))
+        fractions = np.zeros((len(loads), *self.shape.nodes.shape))
         for i, load in enumerate(loads):
-            shares[i, surface[load.vertices]] = load.weights[:, None] * load.direction
-        external = np.tensordot(np.array([load.force for load in loads]), shares, axes=1)
+            fractions[i, surface[load.vertices]] = load.weights[:, None] * load.direction
+        external = np.tensordot(np.array([load.force for load in loads]), fractions, axes=1)
         if self.damping:
             external = lagged(external, start.state.internal_force, self.damping)
-        moved = self._newton.advance(start, external, shares, self._rest)
+        moved = self._newton.advance(start, external, fractions, self._rest)
         iterate, fields = moved.iterate, moved.fields
-        C = np.tensordot(shares, fields, axes=([1, 2], [1, 2]))
+        C = np.tensordot(fractions, fields, axes=([1, 2], [1, 2]))
         return RubberSolidResponse(
             iterate.state.x[surface] - self.mesh.vertices,
             fields[:, surface],
@@ -153,7 +153,7 @@ class RubberSolid:
             Compliance C_ii of a contact centred at each vertex, shape (n,) [m/N].
         """
         if self._table is None:
-            self._table = self._pressed(progress or (lambda share: None))
+            self._table = self._pressed(progress or (lambda fraction: None))
         return self._table
 
     def _pressed(self, progress: Callable[[float], None]) -> Floats:
@@ -161,15 +161,15 @@ class RubberSolid:
         table: Floats = np.empty(len(surface))
         for start in range(0, len(surface), _BATCH):
             batch = range(start, min(start + _BATCH, len(surface)))
-            shares = np.zeros((len(batch), *self.shape.nodes.shape))
+            fractions = np.zeros((len(batch), *self.shape.nodes.shape))
             for i, k in enumerate(batch):
                 vertices, weights = pressure(
                     mesh, mesh.vertices[k], self.contact_radius, mesh.normals[k]
                 )
-                shares[i, surface[vertices]] = -weights[:, None] * mesh.normals[k]
+                fractions[i, surface[vertices]] = -weights[:, None] * mesh.normals[k]
             # The tangent is positive definite, and fixed nodes do not move: C_ii is not negative.
-            fields = self._newton.fields(self._rest.stable, shares)
-            table[batch.start : batch.stop] = (shares * fields).sum(axis=(1, 2))
+            fields = self._newton.fields(self._rest.stable, fractions)
+            table[batch.start : batch.stop] = (fractions * fields).sum(axis=(1, 2))
             progress(batch.stop / len(surface))
         table.setflags(write=False)
         return table

@@ -155,11 +155,13 @@ def removed(material: NeoHookean, swell: Floats, weighted: Floats, J: Floats) ->
     """
     mu, lame = material.mu[:, None], material.lame[:, None]
     s = mu - 0.5 * lame * (J - 1.0) * (J + 1.0)
-    share = 0.5 * s / (mu + 0.5 * lame * (1.0 + J * J))  # over U'' J^2
+    fraction = 0.5 * s / (mu + 0.5 * lame * (1.0 + J * J))  # over U'' J^2
     k, _, width = swell.shape
     shape = (k, width // 3, 3, width // 3, 3)
-    crossed = ((weighted * share[:, None]) @ swell).reshape(shape).transpose(0, 1, 4, 3, 2)
-    between = np.einsum("kaibi->kab", ((weighted * np.abs(share)[:, None]) @ swell).reshape(shape))
+    crossed = ((weighted * fraction[:, None]) @ swell).reshape(shape).transpose(0, 1, 4, 3, 2)
+    between = np.einsum(
+        "kaibi->kab", ((weighted * np.abs(fraction)[:, None]) @ swell).reshape(shape)
+    )
     removed = -crossed
     for axis in range(3):
         removed[:, :, axis, :, axis] += between
@@ -168,7 +170,7 @@ def removed(material: NeoHookean, swell: Floats, weighted: Floats, J: Floats) ->
 
 # Smallest share of J (or of 1 if J is larger) that must be left after a step at every point: the
 # fraction-to-the-boundary rule of interior point methods.
-_MIN_SHARE = 0.1
+_MIN_FRACTION = 0.1
 _MIN_J = 0.01  # least J anywhere in an element
 _WORTH_TWO_THREADS = 500  # elements; with fewer, waking a second thread costs more than it saves
 _BATCH = 64  # elements, whose tangents, 460 kB, stay in the processor's cache
@@ -350,7 +352,7 @@ class RubberTetrahedra:
     def displaced(self, state: SolidState, step: Floats, external: Floats) -> SolidState | None:
         """Return the state after a step; None if J falls below its limits, as for `at`."""
         del external
-        return self.at(state.x + step, _MIN_SHARE * np.minimum(state.J, 1.0))
+        return self.at(state.x + step, _MIN_FRACTION * np.minimum(state.J, 1.0))
 
     def residual(self, state: SolidState, external: Floats) -> Floats:
         """Return the external forces less the internal forces, shape (n, 3) [N]."""

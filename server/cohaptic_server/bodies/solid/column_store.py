@@ -54,7 +54,7 @@ class ColumnStore:
         column_bytes: Memory of one column [bytes].
         capacity: Number of slots.
         slot: Slot of each vertex's column, -1 if there is no column, shape (n,).
-        share: Fade-in of each slot, from 0 for a new column to 1, shape (capacity,).
+        fraction: Fade-in of each slot, from 0 for a new column to 1, shape (capacity,).
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class ColumnStore:
         self.slot: Ints = np.full(n, -1, dtype=np.int64)
         self._slab: Narrow = np.empty((self.capacity, 9 * PLACE * self._length), dtype=np.float32)
         self.kernel = NearFieldKernel(self._points, self.places.rank, self._slab, self._position)
-        self.share: Floats = np.zeros(self.capacity)
+        self.fraction: Floats = np.zeros(self.capacity)
         self._vertex = np.full(self.capacity, -1, dtype=np.int64)  # vertex of each slot's column
         self._last_use = np.full(self.capacity, -_PROTECTED - 1, dtype=np.int64)
         self._now = 0
@@ -129,7 +129,7 @@ class ColumnStore:
         self._last_touch[touched] = self._now
         slots = self.slot[touched]
         self._last_use[slots[slots >= 0]] = self._now
-        np.minimum(1.0, self.share + step, out=self.share)
+        np.minimum(1.0, self.fraction + step, out=self.fraction)
 
     def lacking(self, vertices: Ints, ticks: int) -> Ints:
         """Return those of `vertices` without a column that contacts have pressed for long enough.
@@ -146,13 +146,13 @@ class ColumnStore:
         kinds: list[int] = np.unique(self.kind[vertices]).tolist()
         return np.unique(np.concatenate([self._kept_places[kind] for kind in kinds]))
 
-    def put(self, column: Column, share: float, protected: int = _PROTECTED) -> bool:
+    def put(self, column: Column, fraction: float, protected: int = _PROTECTED) -> bool:
         """Store a column in place of the least recently used one.
 
         Args:
             column: Column to store. Only places within the store's reach are stored; places that
                 the column lacks are set to 0.
-            share: Initial fade-in share.
+            fraction: Initial fade-in share.
             protected: Number of ticks for which a column must stay after its last use.
 
         Returns:
@@ -168,7 +168,7 @@ class ColumnStore:
             self.slot[previous] = -1
         self._fill(slot, column)
         self._vertex[slot], self.slot[column.vertex] = column.vertex, slot
-        self.share[slot], self._last_use[slot] = share, self._now
+        self.fraction[slot], self._last_use[slot] = fraction, self._now
         return True
 
     def _fill(self, slot: int, column: Column) -> None:

@@ -209,7 +209,7 @@ _MIN_COSINE = 0.3  # between normals; a sample below this is on another side of 
 # Presses in one elimination. Twice as many would be only 10 % faster. The largest factor that
 # `objects/prepare.py` makes has fronts of 20,000 rows: the forces of 256 presses take 120 MB.
 _BATCH = 256
-_SHARE_OF_SAMPLES = 0.1  # rough share of the presses on samples in the time of all presses
+_FRACTION_OF_SAMPLES = 0.1  # rough share of the presses on samples in the time of all presses
 _CORE = 0.1  # squared distance, relative to the farthest sample's, at which the weight levels off
 _TIKHONOV_LINEAR = 1e-6  # relative Tikhonov term on the linear coefficients
 _TIKHONOV_QUADRATIC = 1e-5  # relative Tikhonov term on the quadratic coefficients
@@ -221,7 +221,7 @@ def build_far_field(
     radius: float,
     factor: Factor,
     nodes: Ints,
-    progress: Callable[[float], None] = lambda share: None,
+    progress: Callable[[float], None] = lambda fraction: None,
     count: int = SAMPLES,
 ) -> FarField:
     """Build the far field from the responses to a press on every sample and on every vertex.
@@ -237,12 +237,14 @@ def build_far_field(
     samples = spread_over(mesh.vertices, count)
     presses = _presses(mesh, radius, nodes, factor.size // 3)
     G = mutual_compliance(
-        factor, sp.csr_array(presses[:, samples]), lambda share: progress(_SHARE_OF_SAMPLES * share)
+        factor,
+        sp.csr_array(presses[:, samples]),
+        lambda fraction: progress(_FRACTION_OF_SAMPLES * fraction),
     )
     own = _own_blocks(
         factor,
         presses,
-        lambda share: progress(_SHARE_OF_SAMPLES + (1.0 - _SHARE_OF_SAMPLES) * share),
+        lambda fraction: progress(_FRACTION_OF_SAMPLES + (1.0 - _FRACTION_OF_SAMPLES) * fraction),
     )
     near, carries = _interpolation(mesh, samples, radius)
     carries[nodes < 0] = 0.0
@@ -261,7 +263,7 @@ def _presses(mesh: SurfaceMesh, radius: float, nodes: Ints, free: int) -> sp.csc
     ]
     column = np.repeat(np.arange(len(found)), [len(under) for under, _ in found])
     row = nodes[np.concatenate([under for under, _ in found])]
-    weights = np.concatenate([shares for _, shares in found])
+    weights = np.concatenate([fractions for _, fractions in found])
     loaded = row >= 0
     table = (weights[loaded], (row[loaded], column[loaded]))
     return sp.csc_array(sp.coo_array(table, shape=(free, len(found))))
@@ -279,8 +281,8 @@ def _own_blocks(factor: Factor, presses: sp.csc_array, progress: Callable[[float
     own = np.zeros((count, 9))
     first = 0
 
-    def report(share: float) -> None:
-        progress(min(1.0, (first + _BATCH * share) / count))
+    def report(fraction: float) -> None:
+        progress(min(1.0, (first + _BATCH * fraction) / count))
 
     for first in range(0, count, _BATCH):
         batch = order[first : first + _BATCH]
@@ -319,12 +321,12 @@ def _interpolation(mesh: SurfaceMesh, samples: Ints, radius: float) -> tuple[Int
     target[:, 0] = 1.0
     target[:, [3, 5], 0] = -(radius**2) / 6.0 / reach**2
     coefficients = np.asarray(np.linalg.solve(moments, target), dtype=np.float64)
-    shares: Floats = (weighted @ coefficients)[:, :, 0]
-    shares /= shares.sum(axis=1, keepdims=True)
+    fractions: Floats = (weighted @ coefficients)[:, :, 0]
+    fractions /= fractions.sum(axis=1, keepdims=True)
     if len(samples) == len(x):
-        shares[:] = samples[near] == np.arange(len(x))[:, None]
+        fractions[:] = samples[near] == np.arange(len(x))[:, None]
     # Contiguous, because every tick takes rows from this array.
-    return near, np.ascontiguousarray(shares)
+    return near, np.ascontiguousarray(fractions)
 
 
 def _kernel(part: Floats) -> Floats:

@@ -12,12 +12,12 @@ cpdef bint spread(
     a=Py_ssize_t, b=Py_ssize_t, c=Py_ssize_t, d=Py_ssize_t, e=float, f=float, g=float, h=float,
 )
 cpdef Py_ssize_t respond(
-    const float[:, ::1] compliance, const double[::1] shares, float[::1] sums, double[::1] out,
+    const float[:, ::1] compliance, const double[::1] fractions, float[::1] sums, double[::1] out,
 ) noexcept
 
 @cython.locals(
     i=Py_ssize_t, j=Py_ssize_t, v=Py_ssize_t, p=Py_ssize_t, x=double, y=double, z=double,
-    share=double,
+    fraction=double,
 )
 cpdef bint interpolate(
     const int64_t[:, ::1] near, const double[:, ::1] carries, const int64_t[::1] vertices,
@@ -32,7 +32,7 @@ cpdef void subtract(
 
 @cython.locals(
     count=Py_ssize_t, i=Py_ssize_t, j=Py_ssize_t, a=Py_ssize_t, b=Py_ssize_t, p=Py_ssize_t,
-    share=double,
+    fraction=double,
 )
 cpdef void between(
     const double[:, ::1] spreads, const double[:, :, :, ::1] fields, double[:, :, :, ::1] out,
@@ -40,7 +40,7 @@ cpdef void between(
 
 @cython.locals(
     i=Py_ssize_t, v=Py_ssize_t, total=double, whole=double, x=double, y=double, z=double,
-    share=double,
+    fraction=double,
 )
 cpdef double own_compliance(
     const double[:, ::1] blocks, const int64_t[::1] vertices, const double[::1] weights,

@@ -32,12 +32,12 @@ def spread(near: Ints, carries: Floats, vertices: Ints, weights: Floats, out: Fl
     return True
 
 
-def respond(compliance: Narrow, shares: Floats, sums: Narrow, out: Floats) -> int:
+def respond(compliance: Narrow, fractions: Floats, sums: Narrow, out: Floats) -> int:
     """Compute the displacement of the samples by a force on them along x, y, and z.
 
     Args:
         compliance: Compliance G between samples, three rows for each sample, (m, 9 m) [m/N].
-        shares: Share of the force on each sample, shape (m,).
+        fractions: Share of the force on each sample, shape (m,).
         sums: Working memory for sums in single precision, shape (9 m,).
         out: Receives the displacement per unit force, shape (9 m,) [m/N].
 
@@ -51,17 +51,17 @@ def respond(compliance: Narrow, shares: Floats, sums: Narrow, out: Floats) -> in
     used = 0
     a = b = c = d = 0
     f = g = h = e = 0.0
-    for p in range(shares.shape[0]):
-        if shares[p] == 0.0:
+    for p in range(fractions.shape[0]):
+        if fractions[p] == 0.0:
             continue
         if used % 4 == 0:
-            a, e = p, shares[p]
+            a, e = p, fractions[p]
         elif used % 4 == 1:
-            b, f = p, shares[p]
+            b, f = p, fractions[p]
         elif used % 4 == 2:
-            c, g = p, shares[p]
+            c, g = p, fractions[p]
         else:
-            d, h = p, shares[p]
+            d, h = p, fractions[p]
             for j in range(size):
                 sums[j] += (
                     e * compliance[a, j]
@@ -104,11 +104,11 @@ def interpolate(near: Ints, carries: Floats, vertices: Ints, values: Floats, out
             return False
         x = y = z = 0.0
         for j in range(near.shape[1]):
-            share = carries[v, j]
+            fraction = carries[v, j]
             p = near[v, j]
-            x += share * values[p, 0]
-            y += share * values[p, 1]
-            z += share * values[p, 2]
+            x += fraction * values[p, 0]
+            y += fraction * values[p, 1]
+            z += fraction * values[p, 2]
         out[i, 0] = x
         out[i, 1] = y
         out[i, 2] = z
@@ -148,12 +148,12 @@ def between(spreads: Floats, fields: Floats, out: Floats) -> None:
                 for b in range(3):
                     out[i, j, a, b] = 0.0
         for p in range(spreads.shape[1]):
-            share = spreads[i, p]
-            if share != 0.0:
+            fraction = spreads[i, p]
+            if fraction != 0.0:
                 for j in range(count):
                     for a in range(3):
                         for b in range(3):
-                            out[i, j, a, b] += share * fields[j, a, p, b]
+                            out[i, j, a, b] += fraction * fields[j, a, p, b]
 
 
 def own_compliance(blocks: Floats, vertices: Ints, weights: Floats, direction: Floats) -> float:
@@ -178,9 +178,9 @@ def own_compliance(blocks: Floats, vertices: Ints, weights: Floats, direction: F
         v = vertices[i]
         if v < 0 or v >= blocks.shape[0]:
             return -1.0
-        share = weights[i] * weights[i] * weights[i] * weights[i]
-        whole += share
-        total += share * (
+        fraction = weights[i] * weights[i] * weights[i] * weights[i]
+        whole += fraction
+        total += fraction * (
             x * (blocks[v, 0] * x + blocks[v, 1] * y + blocks[v, 2] * z)
             + y * (blocks[v, 3] * x + blocks[v, 4] * y + blocks[v, 5] * z)
             + z * (blocks[v, 6] * x + blocks[v, 7] * y + blocks[v, 8] * z)

@@ -92,13 +92,13 @@ class SolidContact:
         spread = around.far_field.spread(vertices, weights)
         around.far_field.respond(spread, far_field)
         columns = around.columns
-        slots, known, shares = columns.slot[vertices], vertices, weights
+        slots, known, fractions = columns.slot[vertices], vertices, weights
         if slots.min(initial=0) < 0:
             found = slots >= 0
-            slots, known, shares = slots[found], vertices[found], weights[found]
-        shares = shares * columns.share[slots]
+            slots, known, fractions = slots[found], vertices[found], weights[found]
+        fractions = fractions * columns.fraction[slots]
         centre = weights @ around.mesh.vertices[vertices]
-        return cls(around, vertices, weights, slots, known, shares, centre, spread, far_field)
+        return cls(around, vertices, weights, slots, known, fractions, centre, spread, far_field)
 
     @cached_property
     def missing(self) -> float:

@@ -13,7 +13,7 @@ cdef class NearFieldKernel:
     cdef const int16_t[:, ::1] position
     cdef public int64_t rows_read
     cdef int64_t[::1] index
-    cdef double[::1] share
+    cdef double[::1] fraction
     cdef float[::1] sums
     cdef int64_t[:, ::1] runs
     cdef float[::1] ahead

@@ -45,7 +45,7 @@ class NearFieldKernel:
         self.rows_read = 0
         # Scratch for one sum at all vertices.
         self.index = np.empty(n, dtype=np.int64)
-        self.share = np.empty(n)
+        self.fraction = np.empty(n)
         self.sums = np.empty(9 * n, dtype=np.float32)
         self.runs = np.empty((n, 4), dtype=np.int64)
         self.ahead = np.empty(1, dtype=np.float32)
@@ -130,7 +130,7 @@ class NearFieldKernel:
                     change -= carries[v, j] * (
                         f * replaced[0, p, b] + g * replaced[1, p, b] + h * replaced[2, p, b]
                     )
-                u[i, b] += self.share[r] * change
+                u[i, b] += self.fraction[r] * change
 
     def block(
         self,
@@ -172,7 +172,7 @@ class NearFieldKernel:
             out[c] = 0.0
         for r in range(count):
             i = self.index[r]
-            counted[i] = pressure[i] * self.share[r]
+            counted[i] = pressure[i] * self.fraction[r]
             for c in range(9):
                 out[c] += counted[i] * self.sums[9 * r + c]
 
@@ -189,7 +189,7 @@ class NearFieldKernel:
             if square < none * none:
                 part = min(1.0, (none - math.sqrt(square)) / (none - full))
                 self.index[found] = i
-                self.share[found] = part * part * (3.0 - 2.0 * part)
+                self.fraction[found] = part * part * (3.0 - 2.0 * part)
                 found += 1
         return found
 

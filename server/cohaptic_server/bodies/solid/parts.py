@@ -79,7 +79,7 @@ def plan_of_solid(shape: SolidShape, retained: Mask | None = None) -> Plan:
 
 def factor_of(
     shape: SolidShape,
-    progress: Callable[[float], None] = lambda share: None,
+    progress: Callable[[float], None] = lambda fraction: None,
     plan: Plan | None = None,
 ) -> Factor:
     """Factor the stiffness of a solid over the free nodes.
@@ -113,7 +113,7 @@ def make_parts(
     tets: TetMesh,
     fixed: Mask,
     settings: SolidSettings,
-    progress: Progress = lambda phase, share: None,
+    progress: Progress = lambda phase, fraction: None,
     accept: Callable[[Plan], None] = lambda plan: None,
     factored: KeptFactor | None = None,
     moduli: Moduli | None = None,
@@ -138,7 +138,7 @@ def make_parts(
     if factor is None:
         plan = plan_of_solid(shape)
         accept(plan)
-        factor = factor_of(shape, lambda share: progress("factoring", share), plan)
+        factor = factor_of(shape, lambda fraction: progress("factoring", fraction), plan)
         if factored is not None:
             factored.save(factor)
     far_field = build_far_field(
@@ -146,7 +146,7 @@ def make_parts(
         shape.contact_radius,
         factor,
         shape.free_index,
-        lambda share: progress("pressing", share),
+        lambda fraction: progress("pressing", fraction),
     )
     return SolidParts(shape, factor, far_field)
 

@@ -28,7 +28,7 @@ from cohaptic_server.numeric import Floats
 _TOLERANCE = 1e-6  # relative tolerance of the squared frequency
 # Share of an element's mass at a corner and at a midside node, by the number of nodes. The shares
 # are in the ratio of the diagonal of the consistent mass matrix (Hinton, Rock, Zienkiewicz 1976).
-_SHARES = {4: (1.0 / 4.0, 0.0), 10: (1.0 / 36.0, 4.0 / 27.0)}
+_FRACTIONS = {4: (1.0 / 4.0, 0.0), 10: (1.0 / 36.0, 4.0 / 27.0)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,10 +51,10 @@ def lumped_mass(shape: SolidShape, density: float | Floats) -> Floats:
     Args:
         density: Mass density of all tetrahedra, or of each one, shape (m,) [kg/m^3].
     """
-    corner, midside = _SHARES[shape.elements.shape[1]]
-    shares = np.full(shape.elements.shape[1], midside)
-    shares[:4] = corner
-    mass = (density * volumes(shape.tets.vertices, shape.tets.tets))[:, None] * shares
+    corner, midside = _FRACTIONS[shape.elements.shape[1]]
+    fractions = np.full(shape.elements.shape[1], midside)
+    fractions[:4] = corner
+    mass = (density * volumes(shape.tets.vertices, shape.tets.tets))[:, None] * fractions
     total = np.bincount(shape.elements.ravel(), mass.ravel(), len(shape.nodes))
     return np.asarray(total, dtype=np.float64)
 
@@ -63,7 +63,7 @@ def natural_modes(
     shape: SolidShape,
     density: float | Floats,
     count: int,
-    progress: Callable[[float], None] = lambda share: None,
+    progress: Callable[[float], None] = lambda fraction: None,
     accept: Callable[[Plan], None] = lambda plan: None,
 ) -> Vibration:
     """Compute the lowest natural modes of a solid.
@@ -112,7 +112,7 @@ def natural_modes(
 def lowest_frequency(
     shape: SolidShape,
     density: float | Floats,
-    progress: Callable[[float], None] = lambda share: None,
+    progress: Callable[[float], None] = lambda fraction: None,
 ) -> float:
     """Return the lowest natural frequency of a solid with its fixed nodes at rest [Hz].
 

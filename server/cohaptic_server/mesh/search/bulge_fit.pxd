@@ -16,7 +16,7 @@ cdef int _NORMAL
 cpdef double fit_bulge(const double[:, ::1] rest, const double[:, ::1] normals,
                        const int64_t[::1] vertices, const double[:, ::1] displacement,
                        const double[:, ::1] frame, double radius, double[:, ::1] matrix) noexcept
-@cython.locals(i=Py_ssize_t, j=Py_ssize_t, row=Py_ssize_t, share=double)
+@cython.locals(i=Py_ssize_t, j=Py_ssize_t, row=Py_ssize_t, fraction=double)
 cdef void add_height(double[:, ::1] matrix, double s, double t, double height,
                      double weight) noexcept
 @cython.locals(i=Py_ssize_t, j=Py_ssize_t, row=Py_ssize_t, factor=double)

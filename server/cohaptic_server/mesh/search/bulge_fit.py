@@ -94,10 +94,10 @@ def add_height(matrix: Floats, s: float, t: float, height: float, weight: float)
     matrix[4, row] = t
     matrix[5, row] = 1.0
     for i in range(_UNKNOWNS):
-        share = weight * matrix[i, row]
+        fraction = weight * matrix[i, row]
         for j in range(i, _UNKNOWNS):
-            matrix[i, j] += share * matrix[j, row]
-        matrix[i, _UNKNOWNS] += share * height
+            matrix[i, j] += fraction * matrix[j, row]
+        matrix[i, _UNKNOWNS] += fraction * height
 
 
 def solve(matrix: Floats) -> None:

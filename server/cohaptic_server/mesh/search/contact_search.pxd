@@ -33,7 +33,7 @@ cdef class ContactSearch:
     cpdef void take(self, const double[:, ::1] frame, double slope, const int64_t[::1] under,
                     const double[::1] weights) noexcept
     @cython.locals(i=Py_ssize_t, j=Py_ssize_t, k=Py_ssize_t)
-    cpdef void give(self, double[:, ::1] frame, int64_t[::1] under, double[::1] weights) noexcept
+    cpdef void store(self, double[:, ::1] frame, int64_t[::1] under, double[::1] weights) noexcept
     @cython.locals(state=int, limit=double, slope=double, before_x=double, before_y=double,
                    before_z=double, factor=double, ratio=double, step=int, gx=double, gy=double,
                    gz=double, nx=double, ny=double, nz=double, height=double, ox=double, oy=double,

@@ -83,7 +83,7 @@ class ContactSearch:
             self.weights[k] = weights[k]
         self.slope = slope
 
-    def give(self, frame: Floats, under: Ints, weights: Floats) -> None:
+    def store(self, frame: Floats, under: Ints, weights: Floats) -> None:
         """Copy the contact that was found to arrays, which may be longer than needed."""
         for i in range(3):
             for j in range(3):
@@ -144,8 +144,8 @@ class ContactSearch:
                 if factor > 0.0:
                     slope = min(1.0, max(MIN_SLOPE, (1.0 - ratio) / factor))
             # With a small slope the contact is further from its solution than the offset.
-            share = min(1.0, abs(height) / _DEEP)
-            near = min(limit, max(_FINEST, limit * share * share))
+            fraction = min(1.0, abs(height) / _DEEP)
+            near = min(limit, max(_FINEST, limit * fraction * fraction))
             if max(abs(ox), max(abs(oy), abs(oz))) < near * slope:
                 break
             state, limit = MOVED, tolerance

@@ -42,13 +42,13 @@ class LoadedField:
         self.values = values
         self.whole = whole
 
-    def follow(self, vertices: Ints, values: Floats, share: float, followed: Floats) -> None:
+    def follow(self, vertices: Ints, values: Floats, fraction: float, followed: Floats) -> None:
         """Interpolate linearly between the loaded field and another field.
 
         Args:
             vertices: Vertices at which the other field is known, shape (k,).
             values: Displacement of the other field at these vertices, shape (k, 3) [m].
-            share: Weight of the other field, from 0 to 1.
+            fraction: Weight of the other field, from 0 to 1.
             followed: Set to the interpolated field, or to the other field where the loaded one is
                 not known, shape (k, 3) [m].
         """
@@ -58,7 +58,7 @@ class LoadedField:
                 value = values[k, axis]
                 if row >= 0:
                     before = self.values[row, axis]
-                    value = before + share * (value - before)
+                    value = before + fraction * (value - before)
                 followed[k, axis] = value
 
     def moved(self, vertex: int, axis: int) -> float:

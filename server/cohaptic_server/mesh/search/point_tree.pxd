@@ -18,7 +18,7 @@ cdef class PointTree:
     @cython.locals(count=Py_ssize_t, k=Py_ssize_t)
     cpdef Py_ssize_t within(self, double x, double y, double z, double radius,
                             int64_t[::1] found) noexcept
-    @cython.locals(most=double, node=int64_t, size=Py_ssize_t, count=Py_ssize_t, k=int64_t)
+    @cython.locals(limit=double, node=int64_t, size=Py_ssize_t, count=Py_ssize_t, k=int64_t)
     cdef Py_ssize_t inside(self, double x, double y, double z, double radius,
                            int64_t[::1] found) noexcept
     @cython.locals(leaf=int64_t)

@@ -78,18 +78,18 @@ class PointTree:
 
     def inside(self, x: float, y: float, z: float, radius: float, found: Ints) -> int:
         """Do the same as `within`, but write indices in the order of the tree."""
-        most = radius * radius
+        limit = radius * radius
         count = 0
         self.stack[0] = 1
         size = 1
         while size > 0:
             size -= 1
             node = self.stack[size]
-            if self.apart(node, x, y, z) > most:
+            if self.apart(node, x, y, z) > limit:
                 continue
             if node >> self.levels == 1:
                 for k in range(self.first(node), self.first(node + 1)):
-                    if self.square(k, x, y, z) <= most:
+                    if self.square(k, x, y, z) <= limit:
                         found[count] = k
                         count += 1
                 continue

@@ -11,7 +11,7 @@ cdef class PressureSearch:
     cdef PointTree tree
     cdef const double[::1] areas
     cdef const int64_t[:, ::1] corners
-    cdef const double[:, ::1] shares
+    cdef const double[:, ::1] fractions
     cdef const double[:, ::1] outward
     cdef int64_t[::1] under
     cdef double[::1] weights
@@ -20,8 +20,8 @@ cdef class PressureSearch:
     cdef Py_ssize_t count
     cdef double total
 
-    @cython.locals(most=double, points=Py_ssize_t, k=Py_ssize_t, point=int64_t, facing=double,
-                   share=double, profile=double, vertex=int64_t)
+    @cython.locals(limit=double, points=Py_ssize_t, k=Py_ssize_t, point=int64_t, facing=double,
+                   fraction=double, profile=double, vertex=int64_t)
     cpdef Py_ssize_t spread(self, double x, double y, double z, double nx, double ny, double nz,
                             double radius) noexcept
     @cython.locals(corner=Py_ssize_t, vertex=int64_t, part=double)

@@ -24,20 +24,20 @@ class PressureSearch:
         tree: Tree of the quadrature points; the next four arrays are in the order of the tree.
         areas: Areas of the quadrature points, shape (q,) [m^2].
         corners: Corners of the points' faces, shape (q, 3).
-        shares: Barycentric coordinates of the points, shape (q, 3).
+        fractions: Barycentric coordinates of the points, shape (q, 3).
         outward: Unit normals of the points' faces, shape (q, 3).
         under: Array for the vertices under a pressure, in rising order, shape (n,).
         weights: Array for the share of each of these vertices in the force, shape (n,).
     """
 
     def __init__(
-        self, tree: PointTree, areas: Floats, corners: Ints, shares: Floats, outward: Floats,
+        self, tree: PointTree, areas: Floats, corners: Ints, fractions: Floats, outward: Floats,
         under: Ints, weights: Floats,
     ) -> None:  # fmt: skip
         self.tree = tree
         self.areas = areas
         self.corners = corners
-        self.shares = shares
+        self.fractions = fractions
         self.outward = outward
         self.under = under
         self.weights = weights
@@ -61,7 +61,7 @@ class PressureSearch:
             nx, ny, nz: Outward unit normal of the finger; zeros to press all sides.
             radius: Radius of the pressure [m].
         """
-        most = radius * radius
+        limit = radius * radius
         self.count = 0
         self.total = 0.0
         points = self.tree.inside(x, y, z, radius, self.found)
@@ -72,10 +72,10 @@ class PressureSearch:
                 + ny * self.outward[point, 1]
                 + nz * self.outward[point, 2]
             )
-            share = min(1.0, (facing - _BEHIND) / (_BESIDE - _BEHIND))
-            if share > 0.0:
-                profile = max(1e-12, 1.0 - self.tree.square(point, x, y, z) / most)
-                self.load(point, float(share * profile * self.areas[point]))
+            fraction = min(1.0, (facing - _BEHIND) / (_BESIDE - _BEHIND))
+            if fraction > 0.0:
+                profile = max(1e-12, 1.0 - self.tree.square(point, x, y, z) / limit)
+                self.load(point, float(fraction * profile * self.areas[point]))
         if self.count == 0:
             point = self.tree.rank[self.tree.nearest(x, y, z)]
             self.load(point, 1.0)
@@ -95,7 +95,7 @@ class PressureSearch:
         """
         self.total += force
         for corner in range(3):
-            part = force * self.shares[point, corner]
+            part = force * self.fractions[point, corner]
             if part > 0.0:  # a face may have no area
                 vertex = self.corners[point, corner]
                 if self.table[vertex] == 0.0:

@@ -24,7 +24,7 @@ cdef class WindowSearch:
                    first=int64_t, limit=double, kept=Py_ssize_t)
     cpdef Py_ssize_t along(self, const double[::1] start, const double[::1] normal,
                            const double[::1] direction, double length, double step,
-                           double half_width, Py_ssize_t most) noexcept
+                           double half_width, Py_ssize_t largest) noexcept
     @cython.locals(first=int64_t, best=double, k=Py_ssize_t, vertex=int64_t, least=double,
                    w=Py_ssize_t, dx=double, dy=double, dz=double, square=double)
     cdef int64_t mark(self, Py_ssize_t near, double widest) noexcept
@@ -33,7 +33,7 @@ cdef class WindowSearch:
     @cython.locals(x=double, y=double, z=double)
     cdef double facing(self, int64_t vertex, double nx, double ny, double nz) noexcept
     @cython.locals(x=double, y=double, z=double, hx=double, hy=double, hz=double,
-                   places=Py_ssize_t, left=double, stride=double, share=double, k=int64_t,
+                   places=Py_ssize_t, left=double, stride=double, fraction=double, k=int64_t,
                    nx=double, ny=double, nz=double, off=double)
     cpdef void walk(self, Py_ssize_t near, const double[::1] start, const double[::1] normal,
                           const double[::1] direction, double length, double step) noexcept

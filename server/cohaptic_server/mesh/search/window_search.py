@@ -55,7 +55,7 @@ class WindowSearch:
         length: float,
         step: float,
         half_width: float,
-        most: int,
+        largest: int,
     ) -> int:
         """Write the vertices nearest to a contact's path to `found`; return their number.
 
@@ -69,7 +69,7 @@ class WindowSearch:
             length: Length of the path [m].
             step: Distance between two points of the path [m].
             half_width: Largest distance of a vertex from the path [m].
-            most: Largest number of vertices.
+            largest: Largest number of vertices.
         """
         x, y, z = start[0], start[1], start[2]
         near = self.tree.within(x, y, z, length + half_width, self.found)
@@ -85,12 +85,12 @@ class WindowSearch:
             self.least[self.found[k]] = -1.0
         for k in range(count):
             self.found[k] = self.reached[k]
-        if count <= most:
+        if count <= largest:
             return count
-        limit = self.smallest(count, most)
+        limit = self.smallest(count, largest)
         kept = 0
         for k in range(count):
-            if self.squares[k] <= limit and kept < most:
+            if self.squares[k] <= limit and kept < largest:
                 self.found[kept] = self.found[k]
                 kept += 1
         return kept
@@ -180,8 +180,8 @@ class WindowSearch:
         while left > 1e-9 * step and places < self.path.shape[0]:
             stride = min(step, left)
             left -= stride
-            share = stride / max(1e-12, math.sqrt(hx * hx + hy * hy + hz * hz))
-            x, y, z = x + share * hx, y + share * hy, z + share * hz
+            fraction = stride / max(1e-12, math.sqrt(hx * hx + hy * hy + hz * hz))
+            x, y, z = x + fraction * hx, y + fraction * hy, z + fraction * hz
             k = self.closest(near, x, y, z, nx, ny, nz)
             # Project point and heading onto the tangent plane of the nearest vertex.
             nx, ny, nz = self.normals[k, 0], self.normals[k, 1], self.normals[k, 2]

@@ -27,5 +27,5 @@ cdef class WindowVertices:
                    facing=double)
     cpdef void choose(self, const double[::1] start, const double[::1] normal, double radius, double reach,
                       const double[::1] direction, double length, double step, double half_width,
-                      Py_ssize_t most) noexcept
+                      Py_ssize_t limit) noexcept
     cdef void add(self, int64_t vertex) noexcept

@@ -62,7 +62,7 @@ class WindowVertices:
         length: float,
         step: float,
         half_width: float,
-        most: int,
+        limit: int,
     ) -> None:
         """Find the window of a contact, and write it to `vertices`, `fitted` and `carried`.
 
@@ -75,7 +75,7 @@ class WindowVertices:
             length: Length of the path along which vertices of the touch mesh are taken [m].
             step: Distance between two points of the path [m].
             half_width: Largest distance of these vertices from the path [m].
-            most: Largest number of these vertices; 0 if none are taken.
+            limit: Largest number of these vertices; 0 if none are taken.
         """
         x, y, z = start[0], start[1], start[2]
         self.count = 0
@@ -86,9 +86,9 @@ class WindowVertices:
         for k in range(near):
             self.add(self.members[self.found[k]])
         self.carries = 0
-        if most > 0:
+        if limit > 0:
             self.carries = self.ahead.along(
-                start, normal, direction, length, step, half_width, most
+                start, normal, direction, length, step, half_width, limit
             )
         self.touch.sort(self.touched, self.carries)
         for k in range(self.carries):

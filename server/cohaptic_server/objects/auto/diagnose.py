@@ -82,7 +82,7 @@ _STANDS = 0.025
 _LEAST_HELD = 0.04
 _PERCENTAGES = (3, 5, 8, 10, 15, 20, 25, 30)
 # Largest share of the surface that a base may hold: an object lying flat on more cannot deform.
-_MOST_HELD = 0.3
+_MAX_HELD = 0.3
 
 
 class Side(NamedTuple):
@@ -106,7 +106,7 @@ def likely_base(x: Floats, faces: Ints, kind: str) -> tuple[str, str]:
         kind: Suffix of the file, in lower case.
     """
     down = Side(1 if kind in _Y_UP else 2, -1)
-    flat = {side: flat_share(x, faces, side) for side in _sides()}
+    flat = {side: flat_fraction(x, faces, side) for side in _sides()}
     chosen, words = down, "its lowest part is held"
     flattest = max(flat, key=lambda side: flat[side])
     if flat[down] >= _FLAT:
@@ -116,14 +116,14 @@ def likely_base(x: Floats, faces: Ints, kind: str) -> tuple[str, str]:
     elif flat[flattest] >= _FLAT:
         chosen, words = flattest, "its flattest side is held"
     rule, held = _rule(x, faces, chosen)
-    if held > _MOST_HELD:
+    if held > _MAX_HELD:
         longest = int(np.ptp(x, axis=0).argmax())
         chosen, words = Side(longest, -1), "it lies flat, so one end of it is held"
         rule, _ = _rule(x, faces, chosen)
     return rule, words
 
 
-def flat_share(x: Floats, faces: Ints, side: Side) -> float:
+def flat_fraction(x: Floats, faces: Ints, side: Side) -> float:
     """Area of the faces that lie on a side of the bounding box, as a share of that side's area."""
     areas = face_area_vectors(x, faces)
     outwards = side.sign * areas[:, side.axis]
@@ -136,8 +136,8 @@ def flat_share(x: Floats, faces: Ints, side: Side) -> float:
 def _away(x: Floats, faces: Ints, side: Side) -> Floats:
     """Distance of each face's middle from a side, as a share of the object's extent, shape (m,)."""
     along = x[:, side.axis]
-    share = (x[faces].mean(axis=1)[:, side.axis] - along.min()) / max(np.ptp(along), 1e-300)
-    return np.asarray(share if side.sign < 0 else 1.0 - share)
+    fraction = (x[faces].mean(axis=1)[:, side.axis] - along.min()) / max(np.ptp(along), 1e-300)
+    return np.asarray(fraction if side.sign < 0 else 1.0 - fraction)
 
 
 def _sides() -> list[Side]:
@@ -148,12 +148,12 @@ def _rule(x: Floats, faces: Ints, side: Side) -> tuple[str, float]:
     """Rule that holds the thinnest layer with enough surface at a side, and the share held."""
     areas = np.linalg.norm(face_area_vectors(x, faces), axis=1)
     away = _away(x, faces, side)
-    shares = {p: float(areas[away < 0.01 * p].sum() / areas.sum()) for p in _PERCENTAGES}
-    enough = (p for p, share in shares.items() if share >= _LEAST_HELD)
+    fractions = {p: float(areas[away < 0.01 * p].sum() / areas.sum()) for p in _PERCENTAGES}
+    enough = (p for p, fraction in fractions.items() if fraction >= _LEAST_HELD)
     percentage = next(enough, _PERCENTAGES[-1])
     name = "xyz"[side.axis]
     rule = f"{name} < {percentage}%" if side.sign < 0 else f"{name} > {100 - percentage}%"
-    return rule, shares[percentage]
+    return rule, fractions[percentage]
 
 
 # Number of triangles above which a surface is simplified, and the number after it. Filling takes 5

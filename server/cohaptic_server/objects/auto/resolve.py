@@ -161,7 +161,7 @@ def read_outside(source: ObjectFile) -> tuple[PartSurface, ...]:
 
 def resolve(
     source: ObjectFile,
-    progress: Progress = lambda phase, share: None,
+    progress: Progress = lambda phase, fraction: None,
     *,
     scale_given: bool = False,
     softness: bool = False,
@@ -323,7 +323,7 @@ def _key(option: Option) -> str:
 # Thin parts of an object may be lost, such as fingers and a rim, but not its main shape: a leaflet
 # must not become a lump, nor an object lose one of two halves that a thread joins.
 LEAST_KEPT = 0.5  # share of the volume
-MOST_AWAY = 0.2  # distance from the surface to the remaining object, as a share of the diagonal
+MAX_AWAY = 0.2  # distance from the surface to the remaining object, as a share of the diagonal
 
 
 def check_kept(source: ObjectFile, prepared: Prepared, lost: VolumeLostError) -> None:
@@ -345,7 +345,7 @@ def check_kept(source: ObjectFile, prepared: Prepared, lost: VolumeLostError) ->
     longest = float(np.linalg.norm(np.ptp(x, axis=0))) + prepared.deviation
     enclosed = 0.0 if prepared.surface is None else abs(prepared.surface.volume) * source.scale**3
     kept = min(1.0, prepared.tets.volume / enclosed) if enclosed > 0.0 else 1.0
-    if kept >= LEAST_KEPT and prepared.deviation <= MOST_AWAY * longest:
+    if kept >= LEAST_KEPT and prepared.deviation <= MAX_AWAY * longest:
         return
     raise BodyError(
         f"{source.path}: {lost.problem}, and what is left is not the object any more: {kept:.0%} of"

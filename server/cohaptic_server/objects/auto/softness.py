@@ -64,7 +64,7 @@ def _two_digits(value: float) -> float:
 # tenth of each other's force, or 0.2 N of 2 N. On a small object the dent is a share of its size.
 PRESS = 3.0  # N
 DENT = 0.005  # m
-_DENT_SHARE = 0.15  # of `SurfaceMesh.size`
+_DENT_FRACTION = 0.15  # of `SurfaceMesh.size`
 _STIFFEST = 1500.0  # N/m; a simulated device renders 2000 N/m
 _PLACES = 400  # vertices, spread over the surface
 SOFTEST, HARDEST = 1e3, 1e10  # Pa; a third of jelly's, and more than that of hard plastic
@@ -84,6 +84,6 @@ def fitting_young(body: Body, young: float) -> float:
     free = table[table > 0.0]
     if not len(free):
         raise BodyError(f"{body.name}: no place of its surface can be pressed; hold less of it")
-    wanted = min(PRESS / min(DENT, _DENT_SHARE * body.mesh.size), _STIFFEST)
+    wanted = min(PRESS / min(DENT, _DENT_FRACTION * body.mesh.size), _STIFFEST)
     fitting = young * wanted * float(np.median(free))
     return _two_digits(min(HARDEST, max(SOFTEST, fitting)))

@@ -15,7 +15,7 @@ from cohaptic_server.objects.parts.parts import Parts
 from cohaptic_server.touchable import DAMPING_RATIO
 
 WATER = 1000.0  # kg/m^3; soft tissue and gels are within a tenth of it
-_LEAST, _MOST = 1.0, 30000.0  # kg/m^3; foam has 10, the densest metals 22,600
+_LEAST, _LARGEST = 1.0, 30000.0  # kg/m^3; foam has 10, the densest metals 22,600
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +38,8 @@ class Inertia:
 
     def __post_init__(self) -> None:
         for value in (self.whole, *(value for _, value in self.densities)):
-            if not _LEAST <= value <= _MOST:
-                limits = f"from {_LEAST:g} to {_MOST:g} kg/m3"
+            if not _LEAST <= value <= _LARGEST:
+                limits = f"from {_LEAST:g} to {_LARGEST:g} kg/m3"
                 raise SettingError("--density", f"{value:g} kg/m3", limits)
         check_damping_ratio(self.damping)
 

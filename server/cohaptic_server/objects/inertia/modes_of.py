@@ -13,7 +13,7 @@ from cohaptic.clock import SystemClock
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.modal.modal_body import (
     HIGHEST,
-    MOST,
+    LARGEST,
     ModalBody,
     Modes,
 )
@@ -32,7 +32,7 @@ _LABEL = "natural modes"
 
 
 def with_inertia(
-    built: Built, source: ObjectFile, hz: float, progress: Progress = lambda phase, share: None
+    built: Built, source: ObjectFile, hz: float, progress: Progress = lambda phase, fraction: None
 ) -> Body:
     """Add to a solid its natural modes up to the highest frequency that a hand excites.
 
@@ -53,7 +53,7 @@ def with_inertia(
     path = _path(solid, density)
     found = _load(path, len(solid.mesh.vertices))
     if found is None:
-        found = _find(built, density, source, lambda share: progress(_LABEL, share))
+        found = _find(built, density, source, lambda fraction: progress(_LABEL, fraction))
         frequency, shapes = found
         save_entry(path, _LABEL, {"frequency": frequency, "shapes": shapes.astype(np.float32)})
     frequency, shapes = found
@@ -77,14 +77,14 @@ def _find(
 
     # Two BLAS threads wait for each other if other work runs on the same cores.
     with threadpool_limits(limits=1):
-        vibration = natural_modes(shape, density, MOST, progress, accept)
+        vibration = natural_modes(shape, density, LARGEST, progress, accept)
     on_surface = vibration.shapes[:, shape.surface]
     return vibration.frequency, on_surface / vibration.frequency[:, None, None]
 
 
 def _path(solid: Solid, density: Floats) -> Path:
     """Path of the entry with the modes of a solid."""
-    shape, form = solid.shape, repr((_FORM, MOST)).encode()
+    shape, form = solid.shape, repr((_FORM, LARGEST)).encode()
     arrays = (shape.nodes, shape.elements, shape.fixed, shape.moduli.young, shape.moduli.nu)
     return entry_path(form, *(array.tobytes() for array in arrays), density.tobytes())
 

@@ -94,10 +94,10 @@ def check_volumes(names: Sequence[str], found: Floats, wanted: Floats) -> None:
     Raises:
         VolumeLostError: A part has lost, or gained, more than `MAX_VOLUME_LOSS` of its volume.
     """
-    for name, share in zip(names, (found / wanted).tolist(), strict=True):
-        if abs(share - 1.0) > MAX_VOLUME_LOSS:
+    for name, fraction in zip(names, (found / wanted).tolist(), strict=True):
+        if abs(fraction - 1.0) > MAX_VOLUME_LOSS:
             raise VolumeLostError(
-                f"the tetrahedra of {name} have {share:.0%} of its volume",
+                f"the tetrahedra of {name} have {fraction:.0%} of its volume",
                 ": it is too thin for elements of this size. Take a smaller --edge, or what there"
                 " is with --repair",
                 name,

@@ -53,13 +53,13 @@ def surface_of(region: Mask, affine: Floats) -> tuple[Floats, Ints]:
         points, faces, _, _ = contour(depth, level, spacing=tuple(spacing.tolist()))
         x = np.asarray(points, dtype=np.float64)
         found = x, np.asarray(faces, dtype=np.int64)
-        share = abs(volume(x - x.mean(axis=0), found[1])) / wanted - 1.0
-        if abs(share) <= 0.2 * VOLUME:
+        fraction = abs(volume(x - x.mean(axis=0), found[1])) / wanted - 1.0
+        if abs(fraction) <= 0.2 * VOLUME:
             break
         # The enclosed volume falls as the level rises.
-        low, high = (level, high) if share > 0.0 else (low, level)
+        low, high = (level, high) if fraction > 0.0 else (low, level)
         area = _area(*found)
-        step_to = level + share * wanted / max(area, 1e-300)
+        step_to = level + fraction * wanted / max(area, 1e-300)
         level = step_to if low < step_to < high else 0.5 * (low + high)
     assert found is not None
     x, faces = found

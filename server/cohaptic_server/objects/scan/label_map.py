@@ -79,13 +79,13 @@ class LabelMap:
         name = f" {label.name}" if label.name != str(label.value) else ""
         return f"{label.value}{name} ({1e6 * self.voxel * label.voxels:.3g} cm3)"
 
-    def cropped(self, labels: Sequence[Label], margin: int, most: int) -> LabelMap:
+    def cropped(self, labels: Sequence[Label], margin: int, limit: int) -> LabelMap:
         """Crop the map to the box round some labels, to each n-th voxel if there are too many.
 
         Args:
             labels: Labels of this map.
             margin: Voxels of background round the box.
-            most: Limit of the number of voxels in the box, without the margin.
+            limit: Limit of the number of voxels in the box, without the margin.
 
         Returns:
             A map with the same labels; their boxes and counts refer to the map before cropping.
@@ -93,7 +93,7 @@ class LabelMap:
         boxes = np.stack([label.box for label in labels])
         low, high = boxes[:, :, 0].min(axis=0), boxes[:, :, 1].max(axis=0)
         step = 1
-        while np.prod((high - low) / step) > most:
+        while np.prod((high - low) / step) > limit:
             step += 1
         window = tuple(slice(int(a), int(b), step) for a, b in zip(low, high, strict=True))
         start = low + 0.0 - margin * step

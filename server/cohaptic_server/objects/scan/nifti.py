@@ -24,7 +24,7 @@ from cohaptic_server.objects.scan.label_map import (
 from cohaptic_server.objects.scan.voxels import library, read_upto, read_voxels, unpacked
 
 _HEADER = 544  # bytes of the longer header, with the four that say whether extensions follow
-_MOST_BETWEEN = 2**20  # bytes between header and voxels; programs write some thousand there
+_MAX_BETWEEN = 2**20  # bytes between header and voxels; programs write some thousand there
 _METRES = {"meter": 1.0, "mm": 1e-3, "micron": 1e-6, "unknown": 1e-3}
 
 
@@ -138,9 +138,9 @@ def _start(path: Path, header: Any) -> int:
     start, ends = int(header.get_data_offset()), int(header.sizeof_hdr)
     if bytes(header["magic"]).startswith(b"ni"):
         raise BodyError(f"{path}: its voxels are in another file; store both as one .nii")
-    if not ends <= start <= ends + _MOST_BETWEEN:
+    if not ends <= start <= ends + _MAX_BETWEEN:
         raise BodyError(
             f"{path}: its header says that its voxels begin at byte {start:,}; it has {ends:,}"
-            f" itself, and at most {_MOST_BETWEEN:,} may follow before them"
+            f" itself, and at most {_MAX_BETWEEN:,} may follow before them"
         )
     return start

@@ -86,16 +86,16 @@ def read_voxels(
     return np.frombuffer(data, kind).reshape(shape, order="F")
 
 
-def read_upto(file: IO[bytes], most: int) -> bytearray:
-    """Read up to `most` bytes, block by block, since a file may have fewer than it declares.
+def read_upto(file: IO[bytes], limit: int) -> bytearray:
+    """Read up to `limit` bytes, block by block, since a file may have fewer than it declares.
 
     Args:
         file: File that may be compressed, and cut off within its compressed data.
-        most: Largest number of bytes.
+        limit: Largest number of bytes.
     """
     data = bytearray()
     try:
-        while len(data) < most and (block := file.read(min(_BLOCK, most - len(data)))):
+        while len(data) < limit and (block := file.read(min(_BLOCK, limit - len(data)))):
             data += block
     except EOFError:  # raised for a compressed file that was cut off
         pass

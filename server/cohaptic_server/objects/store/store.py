@@ -160,7 +160,9 @@ def is_prepared(source: ObjectFile) -> bool:
     return source.path.is_file() and has_entry(tets_path(source), f"mesh of {source.path.name}")
 
 
-def load_or_prepare(source: ObjectFile, progress: Progress = lambda phase, share: None) -> Prepared:
+def load_or_prepare(
+    source: ObjectFile, progress: Progress = lambda phase, fraction: None
+) -> Prepared:
     """Load the tetrahedra of a file from the store, or prepare and store them.
 
     Args:

@@ -19,7 +19,7 @@ from cohaptic_server.objects.first_bytes import START
 from cohaptic_server.objects.memory_limit import say_once
 
 _HEADER, _TRIANGLE = 84, 50  # bytes of a binary STL before its triangles, and of each
-_MOST = 0.5  # least share of records that are triangles, in a file whose count is wrong
+_LARGEST = 0.5  # least share of records that are triangles, in a file whose count is wrong
 _LINES = 100  # lines of numbers that show whether decimal commas are used
 # Two marks, then the codec; without a mark UTF-16 shows by the zeros between its letters.
 _MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
@@ -81,7 +81,7 @@ def _binary_stl(path: Path, data: bytes) -> bytes:
     if not 0 < said <= there or _are_triangles(data, said, said + 1).any():
         words = f"its header counts {said:,} triangles; the {there:,} that it has are read"
         say_once(path, words)
-        if _are_triangles(data, 0, there).mean() < _MOST:
+        if _are_triangles(data, 0, there).mean() < _LARGEST:
             raise BodyError(f"{path}: it is neither text that begins with `solid` nor a binary STL")
         said = there
     return data[:80] + struct.pack("<I", said) + data[_HEADER : _HEADER + _TRIANGLE * said]

@@ -43,7 +43,7 @@ def merge_vertices(x: Floats, faces: Ints) -> tuple[Floats, Ints]:
     return x[first][used], np.asarray(renumbered.reshape(-1, 3), dtype=np.int64)
 
 
-def equal_points(x: Floats, share: float, shift: float = 0.0) -> tuple[Ints, Ints]:
+def equal_points(x: Floats, fraction: float, shift: float = 0.0) -> tuple[Ints, Ints]:
     """Find points that are equal up to a share of the size of all: those in one cell of a grid.
 
     Args:
@@ -53,7 +53,7 @@ def equal_points(x: Floats, share: float, shift: float = 0.0) -> tuple[Ints, Int
         Index of the first point at each place, shape (k,), and the place of each point, shape (n,).
     """
     size = float(np.ptp(x, axis=0).max()) or 1.0
-    cells = np.asarray((x - x.min(axis=0)) / (share * size) + shift, dtype=np.float64)
+    cells = np.asarray((x - x.min(axis=0)) / (fraction * size) + shift, dtype=np.float64)
     return _unique_rows(np.rint(cells).astype(np.int64))
 
 

@@ -23,8 +23,8 @@ from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 
 from cohaptic.protocol.control.company import (
-    MOST_FOLLOWERS,
-    MOST_OPEN,
+    MAX_FOLLOWERS,
+    MAX_OPEN,
     Aim,
     Aimed,
     Company,
@@ -273,7 +273,7 @@ class Gathering:
             if which not in news:
                 company = Company(
                     watching=watching,
-                    open=open_ones[:MOST_OPEN],
+                    open=open_ones[:MAX_OPEN],
                     following=visitor.following or None,
                     followers=tuple(one.as_follower(room) for one in followers),
                     may_point=may_point,
@@ -345,9 +345,9 @@ class Gathering:
         if closed:
             return closed
         others = self._follows.count(user) - int(visitor.following == user)
-        if others >= MOST_FOLLOWERS:
+        if others >= MAX_FOLLOWERS:
             name = self.room.name_of(user)
-            return f"{MOST_FOLLOWERS} see what {name} sees already, which is the most."
+            return f"{MAX_FOLLOWERS} see what {name} sees already, which is the most."
         return ""
 
     def _why_closed(self, user: int) -> str:

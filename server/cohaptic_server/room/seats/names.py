@@ -28,7 +28,7 @@ KEPT_FOR = 60.0  # s for which a name is reserved; a client that is away for lon
 # s for which a seat is reserved as well. A client tries again every 0.5 s, and a broken path is
 # back either within ten seconds or so, or only after a long time.
 SEAT_KEPT_FOR = 15.0
-_MOST_KEPT = 64  # as many as the largest room has users
+_MAX_KEPT = 64  # as many as the largest room has users
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,7 @@ def may_take_kept(holder: Claim, other: Claim, *, same_name: bool) -> bool:
 
 
 class KeptNames:
-    """Names that are reserved for clients whose connections were lost, at most `_MOST_KEPT`."""
+    """Names that are reserved for clients whose connections were lost, at most `_MAX_KEPT`."""
 
     def __init__(self) -> None:
         self._kept: dict[str, tuple[Claim, float]] = {}
@@ -112,12 +112,12 @@ class KeptNames:
             self._seats[name] = now + min(SEAT_KEPT_FOR, now - since)
         self._kept.pop(name, None)
         self._kept[name] = (claim, now + KEPT_FOR)
-        if len(self._kept) > _MOST_KEPT:
+        if len(self._kept) > _MAX_KEPT:
             # Drop the oldest name of the address with the most names, so that an address that
             # fills the list loses its own names first.
             sources = Counter(whose.source for whose, _ in self._kept.values())
-            ((most, _),) = sources.most_common(1)
-            del self._kept[next(n for n, (whose, _) in self._kept.items() if whose.source == most)]
+            ((limit, _),) = sources.most_common(1)
+            del self._kept[next(n for n, (whose, _) in self._kept.items() if whose.source == limit)]
 
     def seats(self, now: float) -> int:
         """Return the number of reserved seats, whose names are reserved as well."""

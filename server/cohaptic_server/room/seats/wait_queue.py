@@ -23,7 +23,7 @@ TURN = 5.0
 # s for which a missed turn counts as a used place of its address. Otherwise a few addresses that
 # never take a seat, and come back at once, would hold the queue for ever.
 MISSED_FOR = 60.0
-MOST_MISSED = 1024  # missed turns that are remembered; more than the largest room has in MISSED_FOR
+MAX_MISSED = 1024  # missed turns that are remembered; more than the largest room has in MISSED_FOR
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,15 +59,15 @@ class WaitQueue:
     """All visitors who wait for a seat in one room.
 
     Args:
-        most: Largest number of places; 0 for no queue.
-        most_of_source: Largest number of places for one address, so that no address can take the
+        limit: Largest number of places; 0 for no queue.
+        max_of_source: Largest number of places for one address, so that no address can take the
             whole queue.
         places: Places in the order of arrival.
         missed: Recently missed turns, the oldest first.
     """
 
-    most: int
-    most_of_source: int
+    limit: int
+    max_of_source: int
     places: tuple[Place, ...] = ()
     missed: tuple[Missed, ...] = ()
 
@@ -99,12 +99,12 @@ class WaitQueue:
         of_source = sum(place.source == source for place in self.places)
         ends = [missed.until for missed in self.missed if missed.source == source]
         ends = [end for end in ends if end > now]
-        share = max(0, self.most_of_source - len(ends))
+        fraction = max(0, self.max_of_source - len(ends))
         why = ", since turns were missed there" if ends else ""
         why += f"; a place more in {ends[0] - now:.0f} s" if ends else ""
         for subject, waiting, limit, words in (
-            ("number of people who wait", len(self.places), self.most, ""),
-            ("number of people who wait from one address", of_source, share, why),
+            ("number of people who wait", len(self.places), self.limit, ""),
+            ("number of people who wait from one address", of_source, fraction, why),
         ):
             if waiting >= limit:
                 raise RemoteProtocolError(
@@ -126,7 +126,7 @@ class WaitQueue:
         missed = tuple(one for one in self.missed if one.until > now)
         for place in self.places:
             if place.number == number and place.until is not None:
-                missed = (*missed, Missed(place.source, now + MISSED_FOR))[-MOST_MISSED:]
+                missed = (*missed, Missed(place.source, now + MISSED_FOR))[-MAX_MISSED:]
         return replace(self.come(number), missed=missed)
 
     def hand_on(self, number: int, to: int) -> WaitQueue:

@@ -34,7 +34,7 @@ from cohaptic_server.room.life import Event, State, after, closed_by_server
 from cohaptic_server.room.outbox import MAX_EVENTS, Outbox
 from cohaptic_server.room.session import close_frame
 
-MOST_POINTED = 16  # people whose newest point waits; the oldest point is dropped first
+MAX_POINTED = 16  # people whose newest point waits; the oldest point is dropped first
 
 
 class Mailbox:
@@ -57,7 +57,7 @@ class Mailbox:
         """Put in the message with the point that `who` points at, in place of an older one."""
         self._pointed.pop(who, None)
         self._pointed[who] = text
-        while len(self._pointed) > MOST_POINTED:
+        while len(self._pointed) > MAX_POINTED:
             self._pointed.pop(next(iter(self._pointed)))
 
     def take(self) -> list[str]:

@@ -32,7 +32,7 @@ from cohaptic_server.shell.gate import Gate, Taken, Turns
 from cohaptic_server.shell.refusal import turn_away
 from cohaptic_server.shell.wire import HEAD_TIMEOUT
 
-MOST = 4096  # bytes that are looked at; a longer head, or TLS hello, is passed on before its end
+LARGEST = 4096  # bytes that are looked at; a longer head, or TLS hello, is passed on before its end
 _HANDSHAKE = b"\x16"  # type of a TLS record; two bytes of version and two of length follow
 _RECORD_HEAD = 5
 
@@ -41,10 +41,10 @@ def has_asked(seen: bytes, *, tls: bool) -> bool:
     """Whether a client has sent its whole request, or bytes that cannot become one.
 
     Args:
-        seen: All bytes so far, or the first `MOST` of them; not empty.
+        seen: All bytes so far, or the first `LARGEST` of them; not empty.
         tls: Whether the connection has to begin with a TLS handshake.
     """
-    if len(seen) >= MOST:
+    if len(seen) >= LARGEST:
         return True
     if not tls:
         return END_OF_HEAD in seen or not seen[:1].isalpha()
@@ -57,7 +57,7 @@ def has_asked(seen: bytes, *, tls: bool) -> bool:
 CAN_HOLD = sys.platform == "linux"
 # Number of times that the porch looks at a connection. A head comes in one piece or two; a client
 # that sends it byte by byte is passed on, and spends the budgets of a served connection.
-_MOST_LOOKS = 64
+_MAX_LOOKS = 64
 
 
 @dataclass(eq=False, slots=True)
@@ -151,13 +151,13 @@ class Porch:
             return None, False
         one.looks += 1
         try:
-            seen = one.connection.recv(MOST, socket.MSG_PEEK)
+            seen = one.connection.recv(LARGEST, socket.MSG_PEEK)
         except BlockingIOError:
             return None, False
         except OSError:
             seen = b""
         asked = bool(seen) and has_asked(seen, tls=self._tls)
-        if seen and not ends and not asked and one.looks < _MOST_LOOKS:
+        if seen and not ends and not asked and one.looks < _MAX_LOOKS:
             return None, False
         self._forget(file)
         return one, asked or (bool(seen) and not ends)
@@ -166,11 +166,11 @@ class Porch:
         """Return the earliest deadline of a connection on the porch [s]; None if there is none."""
         return next(iter(self._held.values())).deadline if self._held else None
 
-    def overdue(self, now: float, most: int) -> list[Silent]:
-        """Remove from the porch, and return, at most `most` connections whose deadline is past."""
+    def overdue(self, now: float, limit: int) -> list[Silent]:
+        """Remove from the porch, and return, at most `limit` connections whose deadline is past."""
         found: list[Silent] = []
         for one in self._held.values():
-            if one.deadline > now or len(found) == most:
+            if one.deadline > now or len(found) == limit:
                 break
             found.append(one)
         for one in found:

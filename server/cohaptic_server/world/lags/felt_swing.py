@@ -54,7 +54,7 @@ def show_swing(
     swinging = body.swinging(response)
     if swinging is None:
         return response
-    share, stiffest, budget, papers = 0.0, 0.0, np.inf, False
+    fraction, stiffest, budget, papers = 0.0, 0.0, np.inf, False
     parts = np.zeros((swinging.along.shape[1],) * 2)
     for user, weight, span, start in zip(users, near, spans, starts, strict=False):
         if weight <= 0.0 or not takes_part(user):
@@ -68,6 +68,6 @@ def show_swing(
     if gains is not None and not papers:
         theta, stiffness = hand_class(budget, stiffest)
         taken = float(np.linalg.eigvalsh(parts)[-1])
-        share = felt_share(gains, theta, stiffness, lag, taken, body.swing)
+        fraction = felt_share(gains, theta, stiffness, lag, taken, body.swing)
     before = swinging.felt
-    return swinging.showing(min(before + RISE * dt, max(before - FALL * dt, share)))
+    return swinging.showing(min(before + RISE * dt, max(before - FALL * dt, fraction)))

@@ -87,7 +87,7 @@ CALM_TIME = LONGEST_TURN
 # error of a tenth in how the surface bends becomes one of three tenths. Below -1 a contact that is
 # turned a tick late oscillates, whatever lag the room has (science 3.13 d). The 2/3 is reasoned,
 # not measured.
-MOST_TURNED = 2.0 / 3.0
+MAX_TURNED = 2.0 / 3.0
 
 # Largest eigenvalue of V V^T = S_pt (1 - S_tt)^-1 S_tp at which the coupling counts as known: the
 # share that turned contacts add to the effect of other users. The gain of a contact's normal, K g
@@ -96,7 +96,7 @@ MOST_TURNED = 2.0 / 3.0
 # varied from 0.1 to 0.7 at one contact from tick to tick. Shares of 2 to 22 were anticipated, and
 # forces of 0.95 N in place of 0.73 N came back once a second at a delay of 250 ms; with this limit
 # two hands rest there (tests/system/test_rubber_lobe.py).
-MOST_ANSWERED = 1.0
+MAX_ANSWERED = 1.0
 
 
 class Planned(NamedTuple):
@@ -123,7 +123,7 @@ def known_coupling(loop: RoomLoop, turned: Turned | None) -> Floats | None:
     contact turns, which moves the body again (science 3.12). With a contact that turns in the same
     tick, both answers form one symmetric matrix, S_pp + S_pt (1 - S_tt)^-1 S_tp, with p for normals
     and t for tangents. A tick cannot know S if contacts are about to slide off or to turn each
-    other to and fro, if turned contacts answer more than `MOST_ANSWERED`, or if others turn the
+    other to and fro, if turned contacts answer more than `MAX_ANSWERED`, or if others turn the
     contact of a finger that sticks.
 
     Args:
@@ -132,10 +132,10 @@ def known_coupling(loop: RoomLoop, turned: Turned | None) -> Floats | None:
     """
     if turned is None or not len(loop.S):
         return loop.S
-    if len(loop.S) != len(turned.S) - turned.tangents or turned.along > MOST_TURNED:
+    if len(loop.S) != len(turned.S) - turned.tangents or turned.along > MAX_TURNED:
         return None
     answer = turned.answer()
-    if float(np.linalg.eigvalsh(answer)[-1]) > MOST_ANSWERED:
+    if float(np.linalg.eigvalsh(answer)[-1]) > MAX_ANSWERED:
         return None
     return np.asarray(loop.S + answer)  # (3.13) J = S_pp + V V^T
 

@@ -139,8 +139,8 @@ def _coupling(
         C = compliance * inside[:, None] * inside
         own = compliance.diagonal().tolist()
         others = (np.abs(C).sum(axis=1) - np.abs(C.diagonal())).tolist()
-        shares = map(_share, users, own, others)
-        K = [share / c for share, c in zip(shares, own, strict=True)]
+        fractions = map(_fraction, users, own, others)
+        K = [fraction / c for fraction, c in zip(fractions, own, strict=True)]
         stiffness: Sequence[Floats] | Floats = np.array(K).reshape(-1, 1, 1)
     else:
         rows = np.repeat(inside, [span.stop - span.start for span in spans])
@@ -191,10 +191,10 @@ def hand_stiffness(user: Hand, C: Floats, others: float = 0.0) -> Floats:
     """
     c_ii = float(C[0, 0])
     inverse = np.linalg.inv(C) if len(C) > 1 else np.array([[1.0 / c_ii]])
-    return np.asarray(_share(user, c_ii, others) * inverse, dtype=np.float64)
+    return np.asarray(_fraction(user, c_ii, others) * inverse, dtype=np.float64)
 
 
-def _share(user: Hand, c_ii: float, others: float) -> float:
+def _fraction(user: Hand, c_ii: float, others: float) -> float:
     """Return the stiffness K of a hand along the normal over the body's stiffness, 1 / `c_ii`.
 
     Args:
@@ -205,8 +205,8 @@ def _share(user: Hand, c_ii: float, others: float) -> float:
     touch, limit = user.touch, user.touch.who.max_stiffness
     if touch.who.fixed_gains is not None:
         limit = min(limit, touch.who.fixed_gains.k_h)
-        share = limit * c_ii
-        return min(1.0, share) if touch.who.law.answers_own_dent else share
+        fraction = limit * c_ii
+        return min(1.0, fraction) if touch.who.law.answers_own_dent else fraction
     if touch.who.law.answers_own_dent:
         limit = min(limit, 1.0 / (c_ii + others))
     return min(1.0, limit * c_ii)

@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cohaptic.control.stability.lag_choice import SHARE
+from cohaptic.control.stability.lag_choice import FRACTION
 from cohaptic.protocol.patch import MIN_COMPLIANCE
 from cohaptic_server.mesh.search.contact_search import MIN_SLOPE
 from cohaptic_server.mesh.surface import SurfaceMesh
@@ -190,11 +190,11 @@ def turned_loop(
         return None
     first = np.array([span.start for span in spans])
     own = np.maximum(compliance.diagonal()[first], MIN_COMPLIANCE).tolist()
-    shares = [
+    fractions = [
         float(hand_stiffness(user, np.array([[c]]))[0, 0])
         for user, c in zip(users, own, strict=True)
     ]
-    K = np.array(shares) * pressing
+    K = np.array(fractions) * pressing
     rows = np.concatenate([first, np.repeat(first[turned], 2) + np.tile([1, 2], len(turned))])
     owner = np.concatenate([np.arange(len(users)), np.repeat(turned, 2)])
     C = compliance[np.ix_(rows, rows)].copy()
@@ -218,7 +218,7 @@ def find_turning_lag(turned: Turned | None, longest_delay: float, lag: float) ->
     if turned is None:
         return 0.0
     needed = turning_needed(turned.S, turned.tangents, longest_delay, lag)
-    return min(LONGEST_TURN, needed / SHARE)
+    return min(LONGEST_TURN, needed / FRACTION)
 
 
 def root_of_gain(mesh: SurfaceMesh, contact: Contact) -> Floats:
@@ -237,8 +237,8 @@ def root_of_gain(mesh: SurfaceMesh, contact: Contact) -> Floats:
     floor = max(_TINY * float(np.trace(spread)), np.finfo(float).tiny)
     bend = np.linalg.solve(spread + floor * np.eye(2), weighted.T @ turn)
     curvature, directions = np.linalg.eigh(0.5 * (bend + bend.T))
-    share = np.ones(2)  # the same in all directions where the surface bends outward in none
+    fraction = np.ones(2)  # the same in all directions where the surface bends outward in none
     if curvature[1] > 0.0:
-        share = np.maximum(0.0, curvature) / curvature[1]
-    product = share * (1.0 - max(contact.slope, MIN_SLOPE))
+        fraction = np.maximum(0.0, curvature) / curvature[1]
+    product = fraction * (1.0 - max(contact.slope, MIN_SLOPE))
     return np.asarray((directions * np.sqrt(product / (1.0 - product))) @ directions.T)

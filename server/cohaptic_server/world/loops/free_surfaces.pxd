@@ -13,7 +13,7 @@ cpdef Py_ssize_t put_contacts(
     FieldRows free, double[:, ::1] places) except -1
 @cython.locals(n=Py_ssize_t, length=Py_ssize_t, i=Py_ssize_t, axis=Py_ssize_t, a=int64_t,
                b=int64_t, vertices="const int64_t[::1]", values="double[:, ::1]", sharp=double,
-               share=double, k=int64_t, moved=double)
+               fraction=double, k=int64_t, moved=double)
 cpdef int flatten(
     const double[:, ::1] rest, const double[:, ::1] normals, const double[:, :, ::1] frames,
     const double[:, ::1] x_free, const double[::1] depths, double radius, double largest,

@@ -93,9 +93,9 @@ def flatten(
         sharp = fit_bulge(rest, normals, vertices, values, frames[i], radius, matrix)
         if depths[i] * sharp <= largest:
             continue
-        share = largest / (depths[i] * sharp)
-        shown[i, 3] = share
+        fraction = largest / (depths[i] * sharp)
+        shown[i, 3] = fraction
         for k in range(b - a):
             for axis in range(3):
                 moved = shown[i, axis]
-                values[k, axis] = moved + share * (values[k, axis] - moved)
+                values[k, axis] = moved + fraction * (values[k, axis] - moved)

@@ -3,7 +3,7 @@ from libc.stdint cimport int64_t, uint16_t
 
 cdef double _TO_WHOLE, _HUGE
 
-@cython.locals(i=Py_ssize_t, k=int64_t, axis=Py_ssize_t, most=double, c_most=double,
+@cython.locals(i=Py_ssize_t, k=int64_t, axis=Py_ssize_t, widest=double, softest=double,
                size=double, usable=bint)
 cpdef void largest(const int64_t[::1] starts, const double[:, ::1] displacement,
                    const double[::1] c_ii, double[:, ::1] found) noexcept

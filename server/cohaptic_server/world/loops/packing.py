@@ -29,17 +29,17 @@ def largest(
             compliance is negative.
     """
     for i in range(found.shape[0]):
-        most = c_most = 0.0
+        widest = softest = 0.0
         usable = True
         for k in range(starts[i], starts[i + 1]):
             for axis in range(3):
                 size = abs(displacement[k, axis])
                 usable = usable and size < _HUGE  # False for NaN as well
-                most = max(most, size)
+                widest = max(widest, size)
             usable = usable and 0.0 <= c_ii[k] < _HUGE
-            c_most = max(c_most, c_ii[k])
-        found[i, 0] = most if usable else -1.0
-        found[i, 1] = c_most
+            softest = max(softest, c_ii[k])
+        found[i, 0] = widest if usable else -1.0
+        found[i, 1] = softest
 
 
 def pack(

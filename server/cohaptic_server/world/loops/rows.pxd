@@ -49,13 +49,13 @@ cdef class WindowLimits:
     cdef readonly double radius
     cdef readonly double reach
     cdef readonly double step
-    cdef readonly Py_ssize_t most
+    cdef readonly Py_ssize_t limit
     cdef readonly double reuse
     cdef readonly double speeding_up
 
 
 cpdef int same(str name, Py_ssize_t found, Py_ssize_t wanted) except -1
 @cython.locals(i=Py_ssize_t)
-cpdef int check_starts(const int64_t[::1] starts, Py_ssize_t n, int64_t most) except -1
+cpdef int check_starts(const int64_t[::1] starts, Py_ssize_t n, int64_t limit) except -1
 @cython.locals(i=Py_ssize_t)
 cpdef int check_rows(const int64_t[::1] before, Py_ssize_t n) except -1

@@ -120,18 +120,18 @@ class WindowLimits:
     """How far windows reach, and when they are chosen anew.
 
     Args:
-        radius, reach, step, most: As in `WindowVertices.choose`.
+        radius, reach, step, limit: As in `WindowVertices.choose`.
         reuse: Largest move of a contact along each axis at which its window is reused [m].
         speeding_up: Widening of a window per second of a longer horizon [m/s].
     """
 
     def __init__(
-        self, radius: float, reach: float, step: float, most: int, reuse: float, speeding_up: float
+        self, radius: float, reach: float, step: float, limit: int, reuse: float, speeding_up: float
     ) -> None:
         self.radius = radius
         self.reach = reach
         self.step = step
-        self.most = most
+        self.limit = limit
         self.reuse = reuse
         self.speeding_up = speeding_up
 
@@ -142,15 +142,15 @@ def same(name: str, found: int, wanted: int) -> None:
         raise ValueError(f"{found} {name} where there must be {wanted}")
 
 
-def check_starts(starts: Ints, n: int, most: int) -> None:
-    """Raise ValueError unless the parts of n users follow each other within `most` places.
+def check_starts(starts: Ints, n: int, limit: int) -> None:
+    """Raise ValueError unless the parts of n users follow each other within `limit` places.
 
     What lies behind a start of zero is not written yet, and is not checked.
     """
     same("starts", starts.shape[0], n + 1)
     for i in range(n):
-        if starts[i + 1] != 0 and not 0 <= starts[i] <= starts[i + 1] <= most:
-            raise ValueError(f"part {i} lies at {starts[i]} to {starts[i + 1]} of {most} places")
+        if starts[i + 1] != 0 and not 0 <= starts[i] <= starts[i + 1] <= limit:
+            raise ValueError(f"part {i} lies at {starts[i]} to {starts[i + 1]} of {limit} places")
 
 
 def check_rows(before: Ints, n: int) -> None:

@@ -19,10 +19,10 @@ cdef class Reach:
                c=int64_t, d=int64_t, x=double, y=double, z=double, state=int)
 cpdef Py_ssize_t track(
     ContactSearch search, LoadedField field, Py_ssize_t first, const int64_t[::1] before,
-    const double[:, ::1] tips, const double[::1] shares, Reach reach, ContactRows old,
+    const double[:, ::1] tips, const double[::1] fractions, Reach reach, ContactRows old,
     FieldRows free, const int64_t[::1] surface_of, FieldRows surfaces, double[:, ::1] followed,
     ContactRows new, double[:, ::1] places) except -1
 @cython.locals(k=Py_ssize_t, axis=Py_ssize_t, a=int64_t, b=int64_t)
 cdef void relax(
     LoadedField field, const int64_t[::1] known, const double[:, ::1] free, int64_t of,
-    FieldRows surfaces, double share, double[:, ::1] followed) noexcept
+    FieldRows surfaces, double fraction, double[:, ::1] followed) noexcept

@@ -21,7 +21,7 @@ def track(
     first: int,
     before: Ints,
     tips: Floats,
-    shares: Floats,
+    fractions: Floats,
     reach: Reach,
     old: ContactRows,
     free: FieldRows,
@@ -39,8 +39,8 @@ def track(
         first: Row of the user to begin with.
         before: Row of each user in the last tick, -1 for none, shape (n,).
         tips: Points to which the contacts shall be nearest, shape (n, 3) [m].
-        shares: Share of the way to the free surface that each tracked surface moves, 0 to 1, shape
-            (n,).
+        fractions: Share of the way to the free surface that each tracked surface moves, 0 to 1,
+            shape (n,).
         reach: Radius of the pressure, and how exact a contact has to be.
         old: Contacts of the last tick.
         free: Free surfaces of the last tick, k vertices in all.
@@ -61,7 +61,7 @@ def track(
         ValueError: An array has another type or shape.
     """
     n = new.n
-    for length in (before.shape[0], tips.shape[0], shares.shape[0], places.shape[0]):
+    for length in (before.shape[0], tips.shape[0], fractions.shape[0], places.shape[0]):
         same("rows before, tips, shares or places", length, n)
     same("axes of a tip", tips.shape[1], 3)
     same("axes of a place", places.shape[1], 3)
@@ -77,7 +77,7 @@ def track(
         if a == b:
             return i
         relax(
-            field, free.vertices[a:b], free.values[a:b], surface_of[row], surfaces, shares[i],
+            field, free.vertices[a:b], free.values[a:b], surface_of[row], surfaces, fractions[i],
             followed[a:b],
         )  # fmt: skip
         field.load(free.vertices[a:b], followed[a:b], False)
@@ -94,7 +94,7 @@ def track(
         if field.lacking:
             return i
         new.starts[i + 1] = c + search.count
-        search.give(new.frames[i], new.vertices[c:], new.weights[c:])
+        search.store(new.frames[i], new.vertices[c:], new.weights[c:])
         new.slopes[i] = search.slope
     return n
 
@@ -120,10 +120,10 @@ def relax(
     free: Floats,
     of: int,
     surfaces: FieldRows,
-    share: float,
+    fraction: float,
     followed: Floats,
 ) -> None:
-    """Move a tracked surface by `share` towards the free one; copy the free one for a new user.
+    """Move a tracked surface by `fraction` towards the free one; copy the free one for a new user.
 
     Args:
         field: Displacement field, used as working memory.
@@ -131,7 +131,7 @@ def relax(
         free: Displacement of the free surface at these vertices, shape (k, 3) [m].
         of: Row of the tracked surface; negative for a new user.
         surfaces: Tracked surfaces of the last tick.
-        share: Share of the way to the free surface, 0 to 1.
+        fraction: Share of the way to the free surface, 0 to 1.
         followed: Set to the moved surface at the vertices `known`, shape (k, 3) [m].
     """
     if of < 0:
@@ -141,4 +141,4 @@ def relax(
         return
     a, b = surfaces.starts[of], surfaces.starts[of + 1]
     field.load(surfaces.vertices[a:b], surfaces.values[a:b], False)
-    field.follow(known, free, share, followed)
+    field.follow(known, free, fraction, followed)

@@ -23,13 +23,13 @@ def heights(frames: Floats, tips: Floats, places: Floats, found: Floats) -> None
         found[i] = height
 
 
-def pressed(frames: Floats, forces: Floats, most: Floats, found: Floats) -> None:
+def pressed(frames: Floats, forces: Floats, limit: Floats, found: Floats) -> None:
     """Compute the normal part of each force on a hand, from 0 to the device's limit; 0 for NaN.
 
     Args:
         frames: Frames of the contacts, shape (n, 3, 3).
         forces: Forces on the hands, shape (n, 3) [N].
-        most: Largest force of each device, shape (n,) [N].
+        limit: Largest force of each device, shape (n,) [N].
         found: Set to the normal forces, shape (n,) [N].
     """
     for i in range(frames.shape[0]):
@@ -38,7 +38,7 @@ def pressed(frames: Floats, forces: Floats, most: Floats, found: Floats) -> None
             along += frames[i, 2, axis] * forces[i, axis]
         found[i] = 0.0
         if along > 0.0:
-            found[i] = min(along, most[i])
+            found[i] = min(along, limit[i])
 
 
 def tangential_parts(frames: Floats, vectors: Floats, found: Floats) -> None:
@@ -66,7 +66,7 @@ def smoothed(
     old_times: Floats,
     fresh: Floats,
     least: float,
-    share: float,
+    fraction: float,
     found: Floats,
 ) -> None:
     """Update the running mean of each tip's velocity.
@@ -81,7 +81,7 @@ def smoothed(
         old_times: Times of the samples in the rows of the last tick, shape (m,) [s].
         fresh: 1 for users whose samples still arrive, else 0, shape (n,).
         least: Shortest interval between two samples that gives a velocity [s].
-        share: Share of the newest velocity in the mean.
+        fraction: Share of the newest velocity in the mean.
         found: Set to the mean velocities, shape (n, 3) [m/s].
     """
     for i in range(before.shape[0]):
@@ -95,19 +95,19 @@ def smoothed(
             mean = old[row, axis]
             if interval >= least:
                 newest = (tips[i, axis] - old_tips[row, axis]) / interval
-                found[i, axis] = mean + share * (newest - mean)
+                found[i, axis] = mean + fraction * (newest - mean)
             elif fresh[i] > 0.0:
                 found[i, axis] = mean
 
 
-def jumped(frames: Floats, before: Ints, old: Floats, most: float, found: Ints) -> bool:
+def jumped(frames: Floats, before: Ints, old: Floats, limit: float, found: Ints) -> bool:
     """Find contacts that are new, or further from their last position than a hand can move them.
 
     Args:
         frames: Frames of the contacts, shape (n, 3, 3).
         before: Row of each user in the last tick; -1 for a user who was not there, shape (n,).
         old: Frames of the contacts in the rows of the last tick, shape (m, 3, 3).
-        most: Distance that a hand can move a contact in a tick [m].
+        limit: Distance that a hand can move a contact in a tick [m].
         found: Set to each user's row in the last tick; -1 for a contact that is new or has moved
             too far, shape (n,).
 
@@ -124,7 +124,7 @@ def jumped(frames: Floats, before: Ints, old: Floats, most: float, found: Ints) 
                 way = frames[i, 0, axis] - old[row, 0, axis]
                 square += way * way
             # Not the opposite comparison: a distance that is NaN must count as a jump.
-            if not math.sqrt(square) <= most:
+            if not math.sqrt(square) <= limit:
                 found[i] = -1
         if found[i] < 0:
             anybody = True

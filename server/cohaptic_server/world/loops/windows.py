@@ -72,7 +72,7 @@ def choose_windows(
             finder.choose(
                 foot, asked.frames[i, 2], limits.radius, limits.reach, asked.directions[i],
                 asked.lengths[i], limits.step, asked.half_widths[i],
-                limits.most if asked.geometry[i] == _MESH else 0,
+                limits.limit if asked.geometry[i] == _MESH else 0,
             )  # fmt: skip
             count, fits, carries = finder.count, finder.fits, finder.carries
         # Checking one array is enough: no part of a window has more vertices than the whole.

@@ -34,7 +34,7 @@ STEP = 1.0  # s from one window to the next; half of one, as usual with Hann's w
 # second.
 BANDS = np.arange(1.0, 20.01, 0.5)
 # Ends of a cloud: a hand on a light device to an arm on a heavy one.
-LEAST, MOST = np.array([0.03, 0.5, 50.0]), np.array([0.8, 20.0, 1500.0])
+LEAST, LARGEST = np.array([0.03, 0.5, 50.0]), np.array([0.8, 20.0, 1500.0])
 # Middle of the cloud that knows nothing; less damped than the hand that models begin with, since
 # weak damping is what has to be found.
 USUAL = np.array([0.15, 5.0, 400.0])
@@ -166,18 +166,18 @@ class Clouds:
         log = _bounded(self.log + _DRIFT * rng.standard_normal(self.log.shape))
         for _ in range(_ROUNDS):
             weight = _WEIGHT / _ROUNDS * _likelihood(np.exp(log), window, contact)
-            share = np.exp(weight - weight.max(axis=1, keepdims=True))
-            log = _drawn(log, share / share.sum(axis=1, keepdims=True), rng)
+            fraction = np.exp(weight - weight.max(axis=1, keepdims=True))
+            log = _drawn(log, fraction / fraction.sum(axis=1, keepdims=True), rng)
         return Clouds(log, self.seed, self.windows + 1)
 
 
-def _drawn(log: Floats, share: Floats, rng: np.random.Generator) -> Floats:
+def _drawn(log: Floats, fraction: Floats, rng: np.random.Generator) -> Floats:
     h, p, _ = log.shape
     # Systematic draws: each hand as often as its share says, up to one.
     index: npt.NDArray[np.int64] = np.empty((h, p), dtype=np.int64)
     for i in range(h):
         places = np.asarray((np.arange(float(p)) + rng.random()) / p, dtype=np.float64)
-        index[i] = np.searchsorted(np.cumsum(share[i]), places)
+        index[i] = np.searchsorted(np.cumsum(fraction[i]), places)
     drawn = np.take_along_axis(log, np.minimum(index, p - 1)[..., None], axis=1)
     mean = drawn.mean(axis=1, keepdims=True)
     off = drawn - mean
@@ -188,7 +188,7 @@ def _drawn(log: Floats, share: Floats, rng: np.random.Generator) -> Floats:
 
 
 def _bounded(log: Floats) -> Floats:
-    low, high = np.log(LEAST), np.log(MOST)
+    low, high = np.log(LEAST), np.log(LARGEST)
     # Reflected, so that no hand gathers at a bound.
     log = np.where(log < low, 2.0 * low - log, log)
     return np.asarray(np.clip(np.where(log > high, 2.0 * high - log, log), low, high))

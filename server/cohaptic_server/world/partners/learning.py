@@ -145,9 +145,9 @@ def glide(learned: Learned, force: float, dt: float) -> Learned:
     return replace(learned, model=HandModel(*moved.tolist()), lag=float(slower[0]))
 
 
-def _glided(now: float, then: float, most: float) -> float:
+def _glided(now: float, then: float, limit: float) -> float:
     change = math.log(then / now)
-    return then if abs(change) <= most else now * math.exp(math.copysign(most, change))
+    return then if abs(change) <= limit else now * math.exp(math.copysign(limit, change))
 
 
 def learn(
@@ -180,10 +180,10 @@ def learn(
     closed = float((force > NEGLIGIBLE).mean())
     place = int(touching[:row].sum())
     C, taken = C[np.ix_(touching, touching)], np.array(models)[touching]
-    contact = closed / surroundings(C, taken, BANDS).give[place]
+    contact = closed / surroundings(C, taken, BANDS).compliance[place]
     window = seen(-(tips @ (mean / size))[None], force[None])
     clouds = learned.clouds.after(window, contact[None])
     around = surroundings(C, taken, FREQUENCIES)
-    mine = Surroundings(around.give[place][None], around.share[place][None])
+    mine = Surroundings(around.compliance[place][None], around.fraction[place][None])
     late = float(lag(mine, clouds.hands[:, ::2], np.array([learned.model]))[0])
     return replace(learned, clouds=clouds, wanted=(HandModel(*clouds.mean[0].tolist()), late))

@@ -15,18 +15,20 @@ from cohaptic_server.world.partners.learning import Learned
 from cohaptic_server.world.partners.small_gain import LAGS
 from cohaptic_server.world.state import Touch
 
-# Largest give, in forces over the stiffness of a model: a resonance in full swing. The force is the
-# largest that the hand has told lately, so that a client cannot press with a give alone. Reasoned,
+# Largest deflection, in forces over the stiffness of a model: a resonance in full swing. The force
+# is the
+# largest that the hand has told lately, so that a client cannot press with a deflection alone.
+# Reasoned,
 # not measured, as are the other numbers here; experiments/attacks has what liars do within them.
-_MOST_GIVE: Final = 2.0
+_MAX_DEFLECTION: Final = 2.0
 # N more than a hand has told lately, for one that has just touched, and relative to its force: a
 # hand on its way into the object is a sample ahead of the force that it told.
 _MORE_FORCE: Final = 0.5
 _FORCE: Final = 1.1
 # A model presses with so much of the force that its hand has told lately and a newton [N] at most:
 # a hand may be deep and press with nothing, as after a fault.
-_MOST_TOLD: Final = 1.25
-_MOST_MORE: Final = 1.0
+_MAX_TOLD: Final = 1.25
+_MAX_MORE: Final = 1.0
 _FARTHEST: Final = 0.05  # m over the object; a hand farther away touches nothing soon
 _FASTEST: Final = 1.5  # m/s, the speed at which a client's safety layer lets go
 # Multiple of the depth that a force indents, and depth beyond [m], at which a hand is implausible:
@@ -35,18 +37,18 @@ _DOUBTED: Final = 2.0
 _DOUBTED_BEYOND: Final = 0.005
 
 
-def give_of(touch: Touch, hand: Learned) -> float:
-    """Return the give that a client told, as far as the forces that it told can make it [m]."""
+def deflection_of(touch: Touch, hand: Learned) -> float:
+    """Return a client's deflection, as far as the forces that it reports can make it [m]."""
     force = min(touch.who.max_force, hand.peak + _MORE_FORCE)
-    # Of the hand or of the model on its way to it, whichever presses less by such a give.
+    # Of the hand or of the model on its way to it, whichever presses less by such a deflection.
     stiffness = max(hand.model.stiffness, hand.wanted[0].stiffness if hand.told else 0.0)
-    limit = _MOST_GIVE * force / stiffness
-    return min(limit, max(-limit, touch.give or 0.0))
+    limit = _MAX_DEFLECTION * force / stiffness
+    return min(limit, max(-limit, touch.deflection or 0.0))
 
 
 def strength(hand: Learned) -> float:
     """Return the largest force with which models of a hand press [N]."""
-    return _MOST_TOLD * hand.peak + _MOST_MORE
+    return _MAX_TOLD * hand.peak + _MAX_MORE
 
 
 def depth_of(
@@ -72,8 +74,8 @@ def depth_of(
 
 def moved(before: float, wanted: float, dt: float) -> float:
     """Return what a hand wants after a time [s], no faster than a hand moves [m]."""
-    most = _FASTEST * dt
-    return before + min(most, max(-most, wanted - before))
+    limit = _FASTEST * dt
+    return before + min(limit, max(-limit, wanted - before))
 
 
 def doubt(hand: Learned) -> Learned:

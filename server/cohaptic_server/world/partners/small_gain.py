@@ -52,10 +52,10 @@ def contacts(C: Floats, models: Floats, frequencies: Floats) -> Complex:
     Returns:
         Shape (..., f, n, n) [N/m].
     """
-    give = np.moveaxis(1.0 / impedance(models, frequencies), -1, -2)
+    compliance = np.moveaxis(1.0 / impedance(models, frequencies), -1, -2)
     n = C.shape[-1]
     # (3.15) A = (C + Z'^-1)^-1, with Z' = the models
-    A = np.linalg.inv(C[..., None, :, :] + give[..., None] * np.eye(n))
+    A = np.linalg.inv(C[..., None, :, :] + compliance[..., None] * np.eye(n))
     return np.asarray(A, dtype=np.complex128)
 
 
@@ -64,12 +64,12 @@ class Surroundings:
     """What a hand meets at its contact, with the models of all others in place.
 
     Args:
-        give: Displacement of the contact by a force on it, shape (..., f) [m/N].
-        share: Sum over the others of |A_jk / A_jj|: what they do to the contact, shape (..., f).
+        compliance: Displacement of the contact by a force on it, shape (..., f) [m/N].
+        fraction: Sum over the others of |A_jk / A_jj|: what they do to the contact, shape (..., f).
     """
 
-    give: Complex
-    share: Floats
+    compliance: Complex
+    fraction: Floats
 
 
 def surroundings(C: Floats, models: Floats, frequencies: Floats) -> Surroundings:
@@ -77,10 +77,10 @@ def surroundings(C: Floats, models: Floats, frequencies: Floats) -> Surroundings
     A = contacts(C, models, frequencies)
     own = np.moveaxis(np.diagonal(A, axis1=-2, axis2=-1), -1, -2)
     # (3.15) 1 / A_jj = 1 / Z'_j + c_j, with c_j = give
-    give = 1.0 / own - 1.0 / impedance(models, frequencies)
+    compliance = 1.0 / own - 1.0 / impedance(models, frequencies)
     # (3.15) sum over k != j of |A_jk / A_jj|
     others = np.moveaxis(np.abs(A).sum(axis=-1), -1, -2) - np.abs(own)
-    return Surroundings(np.asarray(give), np.asarray(others / np.abs(own)))
+    return Surroundings(np.asarray(compliance), np.asarray(others / np.abs(own)))
 
 
 def row(around: Surroundings, hands: Floats, model: Floats, frequencies: Floats) -> Floats:
@@ -97,7 +97,7 @@ def row(around: Surroundings, hands: Floats, model: Floats, frequencies: Floats)
     """
     y, taken = 1.0 / impedance(hands, frequencies), 1.0 / impedance(model, frequencies)
     # (3.15) sum_k |T_jk|, T_jk = -(1 / Z_j - 1 / Z'_j) / (1 / Z_j + c_j) A_jk / A_jj
-    return np.asarray(np.abs((y - taken) / (y + around.give)) * around.share)
+    return np.asarray(np.abs((y - taken) / (y + around.compliance)) * around.fraction)
 
 
 def lag(around: Surroundings, clouds: Floats, models: Floats) -> Floats:
@@ -114,7 +114,7 @@ def lag(around: Surroundings, clouds: Floats, models: Floats) -> Floats:
     Returns:
         Lag of each that suffices for `SURE` of its cloud, or the longest, shape (h,) [s].
     """
-    each = Surroundings(around.give[:, None], around.share[:, None])
+    each = Surroundings(around.compliance[:, None], around.fraction[:, None])
     gain = row(each, clouds, models[:, None], FREQUENCIES)
     # (3.15 c) g_j(w) = sum_k |T_jk| < (1 + w^2 tau_j^2)^(1/2), with `GAIN` in place of 1
     lagged = 1.0 / np.sqrt(1.0 + (2.0 * np.pi * FREQUENCIES * LAGS[:, None]) ** 2)
@@ -132,8 +132,8 @@ def towards(models: Floats, wanted: Floats, in_need: Mask, dt: float) -> Floats:
         in_need: Whether the lag of each hand has to grow, shape (...).
         dt: Time [s].
     """
-    most = np.where(in_need, RATE_IN_NEED, RATE)[..., None] * dt
-    return np.asarray(models * np.exp(np.clip(np.log(wanted / models), -most, most)))
+    limit = np.where(in_need, RATE_IN_NEED, RATE)[..., None] * dt
+    return np.asarray(models * np.exp(np.clip(np.log(wanted / models), -limit, limit)))
 
 
 def lag_towards(lags: Floats, wanted: Floats, dt: float) -> Floats:

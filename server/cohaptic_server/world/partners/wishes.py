@@ -24,16 +24,16 @@ import numpy as np
 from cohaptic.control.delay import TOO_LONG
 from cohaptic.control.hand_model import HandModel
 from cohaptic.protocol.frame import MAX_POSITION
-from cohaptic.protocol.partners import MAX_PARTNERS, MOST_CARRIED, Partner, Partners
+from cohaptic.protocol.partners import MAX_CARRIED, MAX_PARTNERS, Partner, Partners
 from cohaptic.protocol.patch import MAX_COMPLIANCE, MIN_COMPLIANCE
 from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.world.applied_forces import MAX_INDENTATION
 from cohaptic_server.world.partners.hand_estimate import STEP
 from cohaptic_server.world.partners.learning import Learned, glide, hear, known, learn, unknown
 from cohaptic_server.world.partners.plausible import (
+    deflection_of,
     depth_of,
     doubt,
-    give_of,
     lag_of,
     moved,
     strength,
@@ -73,13 +73,15 @@ NO_PARTNERS: Final[Mapping[int, Partners]] = {}
 def moves_models(tracked: Tracked) -> bool:
     """Return whether any client moves models."""
     # Not by the property: this is asked in each tick of every room.
-    return any([touch.give is not None and touch.own_model is None for touch in tracked.touches])
+    return any(
+        [touch.deflection is not None and touch.own_model is None for touch in tracked.touches]
+    )
 
 
 def has_model(touch: Touch) -> bool:
-    """Return whether a hand's give is told, and its force follows from its depth alone."""
+    """Return whether a hand's deflection is told, and its force follows from its depth alone."""
     return (
-        touch.give is not None
+        touch.deflection is not None
         and touch.fresh
         and not touch.who.law.answers_own_dent
         and not touch.who.friction
@@ -124,7 +126,9 @@ def next_wishes(
         forbidden = reason
     elif time.now - at >= _CALM:
         weight = min(1.0, weight + _RISE * time.elapsed)
-    hands = {t.user: _heard(wishes.hands.get(t.user), t) for t in touches if t.give is not None}
+    hands = {
+        t.user: _heard(wishes.hands.get(t.user), t) for t in touches if t.deflection is not None
+    }
     learned_at = wishes.learned_at
     if weight == 1.0 and time.now - learned_at >= _LEARN_EVERY:
         felt = C.copy()  # a hand also feels how soft its device is
@@ -133,8 +137,10 @@ def next_wishes(
         hands, learned_at = _learned(hands, tracked, felt, touching, time.now, learned_at)
     # Models press with nothing of a force along the surface. A hand that comes back after a
     # silence begins with no force, and so does its model.
-    shares = np.maximum(tracked.presence, 1e-9)  # by which a hand that has just come is felt less
-    pushes: list[float] = (tracked.requested / shares).tolist()
+    fractions = np.maximum(
+        tracked.presence, 1e-9
+    )  # by which a hand that has just come is felt less
+    pushes: list[float] = (tracked.requested / fractions).tolist()
     forces = {t.user: push if t.fresh else 0.0 for t, push in zip(touches, pushes, strict=True)}
     hands = {user: glide(hand, forces[user], time.elapsed) for user, hand in hands.items()}
     models = {user: hand.model for user, hand in hands.items()}
@@ -150,7 +156,7 @@ def next_wishes(
         if implausible:
             hands[touch.user] = hand = doubt(hand)
         # (3.15) q_j = x_j + y'_j; `depth` is below a surface that others' forces have moved
-        wanted, late = others[i] + depth + give_of(touch, hand), lag_of(hand)
+        wanted, late = others[i] + depth + deflection_of(touch, hand), lag_of(hand)
         # (3.15 c) q_j / (1 + s tau_j), with tau_j = late
         kept = math.exp(-time.elapsed / late) if late > 0.0 else 0.0
         before = wishes.intended.get(touch.user, wanted)
@@ -194,8 +200,8 @@ def _jumped(tracked: Tracked, row: int, wavers: bool, time: TickTime) -> bool:
     One that has fallen silent may be gone for good; if it comes back, its delay has jumped.
     """
     delay = tracked.delays[row]
-    most = STEADY + 0.5 * time.period  # delays are counted in ticks
-    if delay.unsteady <= most * most * (_STEADY_AGAIN if wavers else 1.0):
+    max_force = STEADY + 0.5 * time.period  # delays are counted in ticks
+    if delay.unsteady <= max_force * max_force * (_STEADY_AGAIN if wavers else 1.0):
         return False
     late = (time.number - tracked.touches[row].tick) * time.period
     return late <= delay.glided + _SILENT + 1.5 * time.period
@@ -236,7 +242,7 @@ def _learned(
 
 def _model_at(wishes: Wishes, touch: Touch) -> HandModel:
     """Return the model of a hand whose displacement its newest sample tells."""
-    if touch.own_model is not None:  # the give is not one of a model that moves
+    if touch.own_model is not None:  # the deflection is not one of a model that moves
         return wishes.hands[touch.user].model
     first = wishes.past[0][0]
     then = wishes.past[min(max(0, touch.tick - first), len(wishes.past) - 1)][1]
@@ -290,10 +296,10 @@ def partners_of(
     models = {i: _model_at(wishes, touches[i]) for i in rows}
     own = np.maximum(C.diagonal(), 1.0 / stiffest)
     own = np.clip(_APART * own, MIN_COMPLIANCE, MAX_COMPLIANCE).tolist()
-    force = np.clip(applied.force, 0.0, MOST_CARRIED).tolist()
+    force = np.clip(applied.force, 0.0, MAX_CARRIED).tolist()
     # No more than the body takes of one hand at its contact.
     deepest = MAX_INDENTATION * size / np.maximum(C.diagonal(), MIN_COMPLIANCE)
-    most = (applied.presence * np.minimum(tracked.settings[0], deepest)).tolist()
+    max_force = (applied.presence * np.minimum(tracked.settings[0], deepest)).tolist()
     between: list[list[float]] = np.clip(C, -MAX_POSITION, MAX_POSITION).tolist()
     farthest = 2.0 * MAX_POSITION
 
@@ -301,21 +307,23 @@ def partners_of(
         wanted = min(farthest, max(-farthest, wishes.intended[touches[j].user]))
         row = (between[i][j], *(between[j][h] for h in earlier))
         hand = hands[touches[j].user]
-        give, most_of = give_of(touches[j], hand), min(most[j], strength(hand))
-        return Partner(touches[j].user, models[j], wanted, give, force[j], most_of, own[j], row)
+        deflection, max_of = deflection_of(touches[j], hand), min(max_force[j], strength(hand))
+        return Partner(
+            touches[j].user, models[j], wanted, deflection, force[j], max_of, own[j], row
+        )
 
     found: dict[int, Partners] = {}
     for i, touch in enumerate(touches):
         if not touch.moves_models:
             continue
         if touch.user not in wishes.intended:  # it feels the surface as it is
-            found[touch.user] = Partners(0.0, most[i], hands[touch.user].model, ())
+            found[touch.user] = Partners(0.0, max_force[i], hands[touch.user].model, ())
             continue
         # In the order of their rows, so that a patch mostly has the same partners as the last one.
         others = sorted([j for j in rows if j != i][:MAX_PARTNERS])
         found[touch.user] = Partners(
             wishes.weight,
-            most[i],
+            max_force[i],
             hands[touch.user].model,
             tuple(partner(i, j, others[:k]) for k, j in enumerate(others)),
         )

@@ -7,7 +7,7 @@ import numpy as np
 from cohaptic_server.world.applied_forces import (
     EFFECT_RATE,
     MAX_INDENTATION,
-    allowed_shares,
+    allowed_fractions,
     anticipate,
     lags_of,
     limit_forces,
@@ -23,9 +23,9 @@ def limit(tick: Tick) -> None:
     """Cut each force to the limits of its contact and of the body."""
     tick.C = previous_coupling(tick.state, tick.rows, tick.jumped)
     c_ii = tick.C.diagonal()
-    most = MAX_INDENTATION * tick.touched_body.body.mesh.size / np.maximum(c_ii, 1e-12)
+    largest = MAX_INDENTATION * tick.touched_body.body.mesh.size / np.maximum(c_ii, 1e-12)
     # A force is unbounded if its coupling is not known.
-    tick.max_force = np.where(c_ii < np.inf, most, np.inf)
+    tick.max_force = np.where(c_ii < np.inf, largest, np.inf)
     requested = tick.force
     tick.force = tick.limited = limit_forces(requested, tick.max_force)
     if tick.tracked.rough:
@@ -62,13 +62,13 @@ def bound_rate(tick: Tick) -> None:
     stiffness = np.where(c_ii < np.inf, np.minimum(device, 1.0 / c_ii), device)
     # A hand that feels no force cannot be moved, so no user is slowed down for its sake.
     C[np.maximum(previous, tick.ahead) <= NEGLIGIBLE] = 0.0
-    share = allowed_shares(change, stiffness, C, EFFECT_RATE * tick.time.elapsed)
+    fraction = allowed_fractions(change, stiffness, C, EFFECT_RATE * tick.time.elapsed)
     if aside is not None:
-        tick.along = tick.was + share[:, None] * aside
-    tick.force = previous + share * (tick.force - previous)
+        tick.along = tick.was + fraction[:, None] * aside
+    tick.force = previous + fraction * (tick.force - previous)
     present = tick.present * tracked.requested
     tick.applied = Applied(
-        tick.presence, tick.force, tick.along, tick.limited < present, share < 1.0
+        tick.presence, tick.force, tick.along, tick.limited < present, fraction < 1.0
     )
     forces = (tracked.asked, present, tick.limited, tick.ahead, tick.lagged, tick.force)
     tick.ledger = np.diff(np.array(forces), axis=0)

@@ -124,11 +124,11 @@ class LocalModel:
         """
         return None
 
-    def held_to(self, memory: object, most: float, gains: Gains) -> object:
+    def held_to(self, memory: object, limit: float, gains: Gains) -> object:
         """Return a memory in which the law gives no more than a force, where it has one.
 
         Args:
-            most: Largest normal force [N].
+            limit: Largest normal force [N].
         """
         return memory
 
@@ -140,7 +140,7 @@ class LocalModel:
         dt: float,
         settings: LawSettings = DEFAULT_SETTINGS,
         moved_in: float = 0.0,
-        most: float = math.inf,
+        limit: float = math.inf,
     ) -> tuple[object, LocalForce]:
         """Compute the force in one period, from the free surface at the probe.
 
@@ -149,7 +149,7 @@ class LocalModel:
             dt: Time since the last period [s].
             settings: Settings of the integral.
             moved_in: Displacement of the hand into the surface since the last period [m].
-            most: Largest change of the force that an integral may make or leave to the surface in
+            limit: Largest change of the force that an integral may make or leave to the surface in
                 this period, beyond the change that `moved_in` explains [N].
 
         Returns:

@@ -46,8 +46,8 @@ AT_REST_SPEED = 5e-3  # m/s
 # Ratio of K_h to the coupled stiffness, and of I to the largest stable I. In the steady state the
 # integral provides the force; a larger K_h improves little and oscillates more. Reasoned, not
 # measured: `cohaptic experiment delay` shows what they come to.
-PI_SHARE_K: Final = 0.3
-PI_SHARE_I: Final = 0.3
+PI_FRACTION_K: Final = 0.3
+PI_FRACTION_I: Final = 0.3
 # Simulation periods; for longer loops I is chosen as for this delay: 1 s at 60 Hz, and a polynomial
 # of this degree takes some milliseconds. Reasoned, not measured.
 LONGEST_DELAY: Final = 64
@@ -83,14 +83,14 @@ class ProportionalIntegral(LocalModel):
         """
         return IntegralState(max(0.0, force - gains.k_h * depth), 0.0, depth)
 
-    def held_to(self, memory: object, most: float, gains: Gains) -> object:
+    def held_to(self, memory: object, limit: float, gains: Gains) -> object:
         """Return the integral cut to what the spring leaves of the force.
 
         Where others take force from the hand behind the law, the integral would grow meanwhile.
         """
         if not isinstance(memory, IntegralState):
             return memory
-        left = max(0.0, most - gains.k_h * max(0.0, memory.depth))
+        left = max(0.0, limit - gains.k_h * max(0.0, memory.depth))
         if memory.force <= left:
             return memory
         return IntegralState(left, memory.ramp, memory.depth)
@@ -103,7 +103,7 @@ class ProportionalIntegral(LocalModel):
         dt: float,
         settings: LawSettings = DEFAULT_SETTINGS,
         moved_in: float = 0.0,
-        most: float = math.inf,
+        limit: float = math.inf,
     ) -> tuple[object, LocalForce]:
         """Compute the force of one period, eqs. (12), (17), (18)."""
         depth, k_h = dented_depth(sight), gains.k_h
@@ -118,7 +118,7 @@ class ProportionalIntegral(LocalModel):
             max_force=settings.max_force,
             dt=dt,
             moved_in=moved_in,
-            most=most,
+            limit=limit,
         )
         # Once the integral has settled, the surface follows the probe and the hand feels K_o.
         d_free = sight.depth
@@ -141,11 +141,11 @@ class ProportionalIntegral(LocalModel):
         """Choose K_h below the bound at any delay, and I below its edge at this delay."""
         # The integral, too, must stay within the stiffness that the device renders.
         coupled = min(coupled_stiffness(row), max_stiffness)
-        k_h = PI_SHARE_K * coupled
+        k_h = PI_FRACTION_K * coupled
         # The client blends to a new patch over one period, which adds one period of delay.
         periods = min(LONGEST_DELAY, math.ceil(loop_delay / simulation_period - 1e-6) + 1)
         edge = largest_integral(k_h / coupled, periods)
-        return Gains(k_h, PI_SHARE_I * edge * coupled / simulation_period)
+        return Gains(k_h, PI_FRACTION_I * edge * coupled / simulation_period)
 
 
 def integration_threshold(
@@ -170,8 +170,8 @@ def integration_threshold(
         return 0.0
     if depth >= state.depth - AT_REST_SPEED * dt:
         return entering
-    share = 1.0 if state.force >= full_force else state.force / full_force
-    return leaving * share
+    fraction = 1.0 if state.force >= full_force else state.force / full_force
+    return leaving * fraction
 
 
 def proportional_integral_step(
@@ -184,7 +184,7 @@ def proportional_integral_step(
     max_force: float,
     dt: float,
     moved_in: float,
-    most: float,
+    limit: float,
 ) -> tuple[IntegralState, float]:
     """Compute the force of the law L(z) = K_h + T I / (z - 1) in one period, eqs. (12), (17), (18).
 
@@ -197,7 +197,7 @@ def proportional_integral_step(
         max_force: Upper limit of the integral's force [N].
         dt: Time since the last period [s].
         moved_in: Displacement of the hand into the surface since the last period [m].
-        most: Largest change of the force that this displacement does not explain [N]; the integral
+        limit: Largest change of the force that this displacement does not explain [N]; the integral
             keeps it as long as its own force is above 0.
 
     Returns:
@@ -209,7 +209,7 @@ def proportional_integral_step(
     grown = integral_gain * dt * (depth - theta) if depth > 0.0 else -state.ramp * dt
     spring = k_h * max(0.0, depth)
     before, own = k_h * max(0.0, state.depth) + state.force, k_h * moved_in
-    least, largest = before + min(0.0, own) - most, before + max(0.0, own) + most
+    least, largest = before + min(0.0, own) - limit, before + max(0.0, own) + limit
     force = min(max(state.force + grown, least - spring), largest - spring)
     force = min(max(force, 0.0), max_force)
     # Also a force that the integral took from a surface that left the hand goes to zero in time.

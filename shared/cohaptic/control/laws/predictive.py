@@ -38,7 +38,7 @@ class Predictive(LocalModel):
         dt: float,
         settings: LawSettings = DEFAULT_SETTINGS,
         moved_in: float = 0.0,
-        most: float = math.inf,
+        limit: float = math.inf,
     ) -> tuple[object, LocalForce]:
         """Compute the force of one period, K_i times the depth."""
         depth, k_h = sight.depth, gains.k_h

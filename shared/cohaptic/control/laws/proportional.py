@@ -39,7 +39,7 @@ class Proportional(LocalModel):
         dt: float,
         settings: LawSettings = DEFAULT_SETTINGS,
         moved_in: float = 0.0,
-        most: float = math.inf,
+        limit: float = math.inf,
     ) -> tuple[object, LocalForce]:
         """Compute the force of one period, K_h times the depth."""
         depth, k_h = dented_depth(sight), gains.k_h

@@ -130,9 +130,9 @@ def anticipated(S: Floats, kappa: float | None = None) -> Part:
     """
     values, vectors = np.linalg.eigh(S)
     gains = gains_left(float(values[-1]), float(values[0]))
-    share = 1.0 / (1.0 + (gains.kappa if kappa is None else kappa))
+    fraction = 1.0 / (1.0 + (gains.kappa if kappa is None else kappa))
     # (3.13) S = X + R, X = lambda where lambda >= 0, lambda / (1 + kappa) where lambda < 0
-    part = np.maximum(values, share * np.maximum(values, -LARGEST))
+    part = np.maximum(values, fraction * np.maximum(values, -LARGEST))
     return Part(
         (vectors * part) @ vectors.T,
         (vectors / (1.0 + part)) @ vectors.T,  # (3.13) (1 + X)^-1

@@ -28,7 +28,7 @@ from cohaptic.control.stability.single_contact import Floats
 
 # Ratio of the theorem's least stable lag to the lag in use. The rest is a margin for delays that
 # vary and hands that move. Reasoned, not measured.
-SHARE = 0.7
+FRACTION = 0.7
 # theta for a device without a damping budget [s]: mass over damping of a heavy hand, 0.5 kg and
 # 4 N s/m. Found with `cohaptic experiment hands`.
 HAND_TIME = 0.12
@@ -113,8 +113,8 @@ def hand_time(damping_budget: float, coupling: float) -> float:
     """
     damped = min(1.0, max(0.0, damping_budget) / FULL_BUDGET)
     loose, tight = TIGHT
-    share = min(1.0, max(0.0, (coupling - loose) / (tight - loose)))
-    return (1.0 - damped) * HAND_TIME + damped * share * DAMPED_HAND_TIME
+    fraction = min(1.0, max(0.0, (coupling - loose) / (tight - loose)))
+    return (1.0 - damped) * HAND_TIME + damped * fraction * DAMPED_HAND_TIME
 
 
 def choose_lag(coupling: float, longest_delay: float, damping_budget: float) -> RoomLag:
@@ -126,7 +126,7 @@ def choose_lag(coupling: float, longest_delay: float, damping_budget: float) -> 
         damping_budget: Least damping budget of the room's devices [N s/m].
     """
     needed = lag_needed(coupling, longest_delay)
-    lag = max(needed / SHARE, hand_time(damping_budget, coupling) * coupling)
+    lag = max(needed / FRACTION, hand_time(damping_budget, coupling) * coupling)
     return RoomLag(lag, coupling, margin(coupling, longest_delay, lag))
 
 

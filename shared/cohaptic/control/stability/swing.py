@@ -116,7 +116,7 @@ def felt_share(
     # `room` is the right side less F^(1/2), and `taken` is h^(1/2) v
     room = np.sqrt(1.0 + lagged * lagged) - np.sqrt(worst_row_gain(gains, p, stiffness))
     # (3.14) v(w) = |K^(1/2) W K^(1/2)| (1 + alpha), at most weight max_k |D_k - 1| (1 + alpha)
-    most = 1.0 + gains.apart
-    taken = weight * most * swing.size * np.sqrt(shown_gain(p, stiffness))
-    share = float((room / np.maximum(taken, 1e-12)).min())
-    return min(1.0, max(0.0, SAFETY * share))
+    limit = 1.0 + gains.apart
+    taken = weight * limit * swing.size * np.sqrt(shown_gain(p, stiffness))
+    fraction = float((room / np.maximum(taken, 1e-12)).min())
+    return min(1.0, max(0.0, SAFETY * fraction))

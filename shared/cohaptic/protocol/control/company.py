@@ -18,8 +18,8 @@ from cohaptic.protocol.frame import MAX_POSITION
 MAX_TURN = 7.0  # rad; a whole turn either way, with room for rounding
 MAX_ELEVATION = 1.6  # rad; straight down or up
 MIN_DISTANCE, MAX_DISTANCE = 1.0, 50.0  # radii of the body, from its middle to the eye
-MOST_FOLLOWERS = 32  # of one view; each follower costs a message ten times a second
-MOST_OPEN = 64  # users of the fullest room
+MAX_FOLLOWERS = 32  # of one view; each follower costs a message ten times a second
+MAX_OPEN = 64  # users of the fullest room
 
 User = Annotated[int, Field(ge=1, lt=2**32)]
 Coordinate = Annotated[float, Field(ge=-MAX_POSITION, le=MAX_POSITION)]  # [m]
@@ -106,9 +106,9 @@ class Company(ControlMessage):
 
     type: Literal["company"] = "company"
     watching: int = Field(ge=0)
-    open: Annotated[tuple[User, ...], Field(max_length=MOST_OPEN)] = ()
+    open: Annotated[tuple[User, ...], Field(max_length=MAX_OPEN)] = ()
     following: User | None = None
-    followers: Annotated[tuple[Follower, ...], Field(max_length=MOST_FOLLOWERS)] = ()
+    followers: Annotated[tuple[Follower, ...], Field(max_length=MAX_FOLLOWERS)] = ()
     may_point: bool = True
 
 

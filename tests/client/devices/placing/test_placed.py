@@ -91,8 +91,8 @@ def test_under_the_clutch_and_just_after_it_a_hand_gets_no_energy(
             assert arm.force == ZERO
         # Never by a jump either: what is given returns within `RETURN_TIME`.
         if before != PUSH and k > 0:
-            most = norm(PUSH) * PERIOD / RETURN_TIME
-            assert norm(sub(arm.force, before)) <= most + TIGHT
+            limit = norm(PUSH) * PERIOD / RETURN_TIME
+            assert norm(sub(arm.force, before)) <= limit + TIGHT
 
 
 def test_the_clutch_waits_until_the_hand_feels_nothing() -> None:
@@ -129,8 +129,8 @@ def test_a_silent_device_gets_no_force_and_it_returns_slowly() -> None:
     arm.fresh = True
     steps = round(RETURN_TIME / PERIOD) + 2
     back = forces(placed, arm, (PERIOD * (30 + k) for k in range(steps)))
-    most = norm(PUSH) * PERIOD / RETURN_TIME
-    assert all(0.0 <= b - a <= most + TIGHT for a, b in pairwise([0.0, *back]))
+    limit = norm(PUSH) * PERIOD / RETURN_TIME
+    assert all(0.0 <= b - a <= limit + TIGHT for a, b in pairwise([0.0, *back]))
     assert arm.force == pytest.approx(PUSH)
 
 
@@ -171,9 +171,9 @@ def test_a_late_period_takes_no_force_away_in_one_step() -> None:
 
 
 @given(st.floats(0.1, 40.0))
-def test_the_force_of_no_device_comes_back_faster_than_20_newtons_a_second(most: float) -> None:
-    assert most / return_time(most) <= 20.0 + TIGHT
-    assert return_time(most) >= RETURN_TIME
+def test_the_force_of_no_device_comes_back_faster_than_20_newtons_a_second(limit: float) -> None:
+    assert limit / return_time(limit) <= 20.0 + TIGHT
+    assert return_time(limit) >= RETURN_TIME
 
 
 def config(options: str = "") -> DeviceConfig:

@@ -243,8 +243,8 @@ def test_no_signal_ends_the_loop_with_force_on_the_hand(
     # A machine that is busy is no failure: each force is the one of its time on the ramp.
     steepest, period = 1.5 * FORCE / FAULT_RELEASE_TIME, parent.config.haptic_period
     times = pairwise(rig.times[98:])
-    most = [steepest * (max(later - now, period) + 2.0 * period) for now, later in times]
-    assert all(a - b <= m + 1e-9 for (a, b), m in zip(pairwise(sizes), most, strict=True))
+    largest = [steepest * (max(later - now, period) + 2.0 * period) for now, later in times]
+    assert all(a - b <= m + 1e-9 for (a, b), m in zip(pairwise(sizes), largest, strict=True))
 
 
 def test_ctrl_c_does_not_reach_the_loop(parent: Parent, main: Main) -> None:

@@ -27,15 +27,15 @@ def factor(
     return ConstantVolumeFactor(Workspace(analysis), blocks, g[analysis.dof]), analysis.dof
 
 
-@example(n=4, share=0.625, seed=27973640)  # parts that do not touch
+@example(n=4, fraction=0.625, seed=27973640)  # parts that do not touch
 @given(st.integers(3, 5), st.floats(0.01, 0.9), st.integers(0, 2**32 - 1))
 @settings(max_examples=examples(30), deadline=None)
-def test_it_solves_the_bordered_system(n: int, share: float, seed: int) -> None:
+def test_it_solves_the_bordered_system(n: int, fraction: float, seed: int) -> None:
     """With any cap."""
     elements, points = grid(n)
     K, rng = shifted(elements, len(points), seed, 0.5), np.random.default_rng(seed)
     g, b = rng.normal(size=len(K)), rng.normal(size=(3, len(K)))
-    cap = rng.permutation(len(points))[: max(1, round(share * len(points)))]
+    cap = rng.permutation(len(points))[: max(1, round(fraction * len(points)))]
     solver, order = factor(K, elements, points, g, cap)
     found, q = solver.solve(b[:, order])
     u = np.empty_like(found)

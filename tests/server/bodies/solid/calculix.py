@@ -45,8 +45,8 @@ def deck(body: Solid, loads: list[Load]) -> str:
     kind = {4: "C3D4", 10: "C3D10"}[body.shape.elements.shape[1]]
     forces = np.zeros((len(body.shape.nodes), 3))
     for load in loads:
-        share = load.force * load.weights[:, None] * load.direction
-        np.add.at(forces, body.shape.surface[load.vertices], share)
+        fraction = load.force * load.weights[:, None] * load.direction
+        np.add.at(forces, body.shape.surface[load.vertices], fraction)
     lines = ["*NODE, NSET=ALL"]
     lines += [
         f"{k + 1}, {x:.11e}, {y:.11e}, {z:.11e}" for k, (x, y, z) in enumerate(body.shape.nodes)

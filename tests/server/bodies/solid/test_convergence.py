@@ -59,9 +59,9 @@ class Pressed:
         mesh = self.body.mesh
         faces = mesh.faces[np.isin(mesh.faces, self.disc).all(axis=1)]
         areas = np.linalg.norm(face_area_vectors(mesh.vertices, faces), axis=1)
-        share = np.bincount(np.searchsorted(self.disc, faces.ravel()), np.repeat(areas / 3.0, 3))
-        share = share / share.sum()
-        return float(share @ self.C @ share) * np.pi * A**2
+        fraction = np.bincount(np.searchsorted(self.disc, faces.ravel()), np.repeat(areas / 3.0, 3))
+        fraction = fraction / fraction.sum()
+        return float(fraction @ self.C @ fraction) * np.pi * A**2
 
 
 def _growth(first: float, shells: int) -> float:

@@ -79,11 +79,11 @@ def test_far_away_it_agrees_with_the_solid(
     gap = np.linalg.norm(told - true, axis=1)
     assert gap[far].max() < 0.08 * dent
     # What it says of two contacts does not depend on which of them pushes.
-    other, shares, _ = touch(two)
+    other, fractions, _ = touch(two)
     pull = np.array(e) / np.linalg.norm(e)
-    back = found.at(by_samples(other, shares, pull), vertices)
+    back = found.at(by_samples(other, fractions, pull), vertices)
     there = found.at(by_samples(vertices, weights, push), other)
-    assert weights @ back @ push == pytest.approx(shares @ there @ pull, abs=1e-5 * dent)
+    assert weights @ back @ push == pytest.approx(fractions @ there @ pull, abs=1e-5 * dent)
 
 
 @given(places)

@@ -121,10 +121,10 @@ def test_a_contact_between_vertices_is_about_as_soft_as_they_are(name: str) -> N
     mesh, rng = solid.mesh, np.random.default_rng(6)
     errors: list[float] = []
     for face in rng.choice(len(mesh.faces), 30).tolist():
-        corners, share = mesh.faces[face], rng.dirichlet([1.0, 1.0, 1.0])
-        normal = share @ mesh.normals[corners]
+        corners, fraction = mesh.faces[face], rng.dirichlet([1.0, 1.0, 1.0])
+        normal = fraction @ mesh.normals[corners]
         normal /= np.linalg.norm(normal)
-        at = share @ mesh.vertices[corners]
+        at = fraction @ mesh.vertices[corners]
         under, weights = pressure(mesh, at, solid.contact_radius, normal)
         if (solid.shape.free_index[under] < 0).any():
             continue

@@ -71,7 +71,7 @@ def test_with_its_columns_it_is_exact_near_and_almost_so_far_away(
 )
 @settings(max_examples=examples(25), deadline=None)
 def test_c_is_symmetric_and_definite_with_any_columns(
-    where: list[Place], known: list[int], shares: list[float]
+    where: list[Place], known: list[int], fractions: list[float]
 ) -> None:
     """Science 3.6, with any part of the columns under the contacts found, and fading in."""
     body = background()
@@ -82,8 +82,8 @@ def test_c_is_symmetric_and_definite_with_any_columns(
         x = body.mesh.vertices
         body.columns = GreenColumns(body.columns.factor, body.shape.free_index, x, 2**28)  # whole
         order = ColumnRequest(chosen, np.arange(body.columns.places.count))
-        for column, share in zip(body.columns.solve(order), shares, strict=False):
-            body.columns.store.put(column, share)
+        for column, fraction in zip(body.columns.solve(order), fractions, strict=False):
+            body.columns.store.put(column, fraction)
     response = body.respond(loads)
     C = response.compliance
     assert (C == C.T).all()

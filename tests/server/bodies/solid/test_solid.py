@@ -80,8 +80,8 @@ def test_contacts_obey_maxwell_and_betti_and_store_what_the_hands_did(
     whole = full_solution(body, loads)
     # Columns are kept in single precision; each is off by at most half of its last digit.
     unit = np.abs(response.compliance).max(initial=0.0)
-    most = 1e-6 * unit * sum(load.force for load in loads)
-    assert np.abs(whole[body.shape.surface] - u).max() <= most + 1e-15
+    limit = 1e-6 * unit * sum(load.force for load in loads)
+    assert np.abs(whole[body.shape.surface] - u).max() <= limit + 1e-15
     K = stiffness_of(body.shape)
     stored = 0.5 * float(whole.ravel() @ (K @ whole.ravel()))
     assert response.energy == pytest.approx(stored, rel=1e-6, abs=1e-12)
@@ -91,8 +91,8 @@ def full_solution(body: Solid, loads: list[Load]) -> Floats:
     """All nodes under loads, by a dense solve that shares nothing with the factor."""
     force = np.zeros((len(body.shape.nodes), 3))
     for load in loads:
-        share = load.force * load.weights[:, None] * load.direction
-        np.add.at(force, body.shape.surface[load.vertices], share)
+        fraction = load.force * load.weights[:, None] * load.direction
+        np.add.at(force, body.shape.surface[load.vertices], fraction)
     free = np.repeat(~body.shape.fixed, 3)
     u = np.zeros(force.size)
     K = stiffness_of(body.shape)[free][:, free].toarray()
@@ -106,14 +106,14 @@ def test_a_small_cache_gives_the_same_and_stays_small(monkeypatch: pytest.Monkey
     tight.columns = GreenColumns(
         tight.columns.factor, tight.shape.free_index, tight.mesh.vertices, 1
     )
-    most = 10
-    assert tight.columns.store.capacity == most
+    largest = 10
+    assert tight.columns.store.capacity == largest
     for angle in np.linspace(0.0, 3.0, 7):
         loads = [press(b, (np.cos(angle), np.sin(angle), 0.5), 1.0) for b in (roomy, tight)]
         one, other = (b.respond([load]) for b, load in zip((roomy, tight), loads, strict=True))
         assert other.displacement == pytest.approx(one.displacement, rel=1e-6, abs=1e-12)
-        most = max(most, len(loads[1].vertices))
-        assert tight.columns.store.kept <= tight.columns.store.capacity == most
+        largest = max(largest, len(loads[1].vertices))
+        assert tight.columns.store.kept <= tight.columns.store.capacity == largest
 
 
 @pytest.mark.parametrize(

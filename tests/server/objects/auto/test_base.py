@@ -6,7 +6,7 @@ import pytest
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.tetrahedra import boundary
 from cohaptic_server.numeric import Floats, Ints
-from cohaptic_server.objects.auto.diagnose import Side, flat_share, likely_base
+from cohaptic_server.objects.auto.diagnose import Side, flat_fraction, likely_base
 from cohaptic_server.objects.fix_rule import fixed_by_rule
 from cohaptic_server.testing.blocks import block
 
@@ -23,7 +23,7 @@ def test_a_box_rests_on_the_whole_of_each_side() -> None:
     x, faces = box((1.0, 2.0, 3.0))
     for axis in range(3):
         for sign in (-1, 1):
-            assert flat_share(x, faces, Side(axis, sign)) == pytest.approx(1.0)
+            assert flat_fraction(x, faces, Side(axis, sign)) == pytest.approx(1.0)
 
 
 def test_half_a_ball_is_held_at_its_flat_side_wherever_that_is() -> None:

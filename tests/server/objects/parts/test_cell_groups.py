@@ -71,9 +71,9 @@ def test_a_bar_of_two_groups_gives_way_like_springs_in_series(tmp_path: Path) ->
     end = shape.mesh.faces[(x[shape.mesh.faces][:, :, 0] > 0.0999).all(axis=1)]
     area = np.linalg.norm(face_area_vectors(x, end), axis=1)
     each = np.repeat(area / area.sum() / 3.0, 3)
-    share = np.bincount(end.ravel(), each, len(x)).astype(np.float64)
-    pull = share[:, None, None] * np.array([1.0, 0.0, 0.0])[:, None]
-    moved = share @ built.solid.columns.respond(np.arange(len(x)), pull).reshape(-1, 3)[:, 0]
+    fraction = np.bincount(end.ravel(), each, len(x)).astype(np.float64)
+    pull = fraction[:, None, None] * np.array([1.0, 0.0, 0.0])[:, None]
+    moved = fraction @ built.solid.columns.respond(np.arange(len(x)), pull).reshape(-1, 3)[:, 0]
     springs = (0.08 / 1e5 + 0.1 / 1e4) / 0.04**2
     assert moved == pytest.approx(springs, rel=0.03)
 

@@ -76,14 +76,14 @@ def test_a_damaged_store_is_made_anew(
     assert len(made) == 2
 
 
-def quietly(phase: str, share: float) -> None:
-    del phase, share
+def quietly(phase: str, fraction: float) -> None:
+    del phase, fraction
 
 
 def test_a_solid_of_stored_parts_is_the_same(made: list[ObjectFile]) -> None:
     phases: list[str] = []
     first = store.load_or_make_parts(
-        BLOCK, FOOT, SETTINGS, lambda phase, share: phases.append(phase)
+        BLOCK, FOOT, SETTINGS, lambda phase, fraction: phases.append(phase)
     )
     assert list(dict.fromkeys(phases)) == ["factoring", "pressing", "storing"]
     second = store.load_or_make_parts(BLOCK, FOOT, SETTINGS, quietly)

@@ -18,9 +18,9 @@ SOURCE = ObjectFile(Path("ear.stl"), "z < 10%")
 def test_tetrahedra_may_be_off_by_their_envelope_and_a_little_more(
     edge: float, size: float
 ) -> None:
-    source, most = replace(SOURCE, edge=edge), (envelope(edge) + MAX_AWAY) * size
-    check_deviation(source, size, 0.999 * most)
+    source, limit = replace(SOURCE, edge=edge), (envelope(edge) + MAX_AWAY) * size
+    check_deviation(source, size, 0.999 * limit)
     with pytest.raises(VolumeLostError, match=r"^ear.stl: the tetrahedra end .* mm from a part"):
-        check_deviation(source, size, 1.001 * most)
+        check_deviation(source, size, 1.001 * limit)
     # Who asks for it gets what there is.
     check_deviation(replace(source, repair=True), size, size)

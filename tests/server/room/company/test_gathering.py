@@ -7,7 +7,7 @@ from hypothesis import settings as hypothesis_settings
 
 from cohaptic.errors import CloseCode
 from cohaptic.protocol.control.company import (
-    MOST_FOLLOWERS,
+    MAX_FOLLOWERS,
     Aimed,
     Declined,
     Follower,
@@ -152,12 +152,12 @@ def test_only_the_page_of_a_hand_shows_its_view(small_balloon: Balloon) -> None:
 def test_a_view_has_a_bounded_number_of_followers(small_balloon: Balloon) -> None:
     room = Played(small_balloon)
     ann, _ = room.person("ann")
-    pages = [room.page(source=f"10.0.1.{k}") for k in range(MOST_FOLLOWERS + 1)]
+    pages = [room.page(source=f"10.0.1.{k}") for k in range(MAX_FOLLOWERS + 1)]
     for page in pages:
         room.follow(page, ann.user)
     assert not [news for news in heard(pages[-2]) if isinstance(news, Declined)]
     (full,) = [news for news in heard(pages[-1]) if isinstance(news, Declined)]
-    assert full.reason == f"{MOST_FOLLOWERS} see what ann sees already, which is the most."
+    assert full.reason == f"{MAX_FOLLOWERS} see what ann sees already, which is the most."
 
 
 def test_everybody_sees_who_points_and_nobody_can_be_somebody_else(

@@ -12,12 +12,12 @@ COUNTS = st.integers(0, 20)
 
 @given(st.integers(1, 20), st.none() | COUNTS, COUNTS)
 def test_a_seat_is_there_below_both_limits_and_a_refusal_names_the_lower(
-    most: int, held: int | None, present: int
+    capacity: int, held: int | None, present: int
 ) -> None:
-    seats = Seating(most, "users", "; watch")
+    seats = Seating(capacity, "users", "; watch")
     if held is not None:
         seats.allow(held, 0)
-    limit = most if held is None else min(most, held)
+    limit = capacity if held is None else min(capacity, held)
     if present < limit:
         seats.check(present)
         return

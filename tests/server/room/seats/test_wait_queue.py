@@ -12,7 +12,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from cohaptic.errors import CloseCode, RemoteProtocolError
 from cohaptic_server.room.seats.wait_queue import MISSED_FOR, TURN, WaitQueue
 
-MOST, OF_SOURCE, SEATS = 6, 2, 3
+LARGEST, OF_SOURCE, SEATS = 6, 2, 3
 
 
 class Queueing(RuleBasedStateMachine):
@@ -20,7 +20,7 @@ class Queueing(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.queue = WaitQueue(MOST, OF_SOURCE)
+        self.queue = WaitQueue(LARGEST, OF_SOURCE)
         self.order: list[int] = []  # who waits, as it should be
         self.seated: set[int] = set()
         self.called: dict[int, float] = {}
@@ -36,9 +36,9 @@ class Queueing(RuleBasedStateMachine):
         try:
             self.queue = before.enter(number, source, self.now)
         except RemoteProtocolError:
-            assert len(before) == MOST or of_source + self.lost(source) >= OF_SOURCE
+            assert len(before) == LARGEST or of_source + self.lost(source) >= OF_SOURCE
             return
-        assert len(before) < MOST
+        assert len(before) < LARGEST
         assert of_source + self.lost(source) < OF_SOURCE
         self.order.append(number)
         self.source[number] = source
@@ -92,7 +92,7 @@ class Queueing(RuleBasedStateMachine):
     @invariant()
     def it_is_bounded_in_order_and_seats_nobody_twice(self) -> None:
         assert [p.number for p in self.queue.places] == self.order
-        assert len(self.queue) <= MOST
+        assert len(self.queue) <= LARGEST
         assert self.queue.called == len(self.called)
         assert len(self.seated) + self.queue.called <= SEATS
         waiting = [n for n in self.order if n not in self.called]
@@ -105,7 +105,7 @@ TestQueueing = Queueing.TestCase
 
 @given(st.lists(st.sampled_from("abc"), max_size=20))
 def test_one_address_leaves_places_for_others(sources: list[str]) -> None:
-    queue = WaitQueue(MOST, OF_SOURCE)
+    queue = WaitQueue(LARGEST, OF_SOURCE)
     for number in range(50):
         if number < 40:
             source = "hostile"
@@ -115,7 +115,7 @@ def test_one_address_leaves_places_for_others(sources: list[str]) -> None:
             queue = queue.enter(number, source, 0.0)
         except RemoteProtocolError:
             continue
-    assert len(queue) <= MOST
+    assert len(queue) <= LARGEST
     assert sum(p.source == "hostile" for p in queue.places) == OF_SOURCE
     if sources:
         assert any(p.source != "hostile" for p in queue.places)

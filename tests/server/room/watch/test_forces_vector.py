@@ -138,17 +138,17 @@ def test_the_pages_rule_gives_the_displacement_from_blocks_and_forces(
 
 def test_the_pages_rule_of_the_pressure_gives_the_weights(written: dict[str, Any]) -> None:
     """Point by point, as the protocol's page says it."""
-    shares = [((i + 1 / 3) / 3, (j + 1 / 3) / 3) for i in range(3) for j in range(3 - i)]
-    shares += [((i + 2 / 3) / 3, (j + 2 / 3) / 3) for i in range(3) for j in range(2 - i)]
-    assert len(shares) == 9
-    check_weights(np.array(written["vertices"]), written["faces"], written["contacts"], shares)
+    fractions = [((i + 1 / 3) / 3, (j + 1 / 3) / 3) for i in range(3) for j in range(3 - i)]
+    fractions += [((i + 2 / 3) / 3, (j + 2 / 3) / 3) for i in range(3) for j in range(2 - i)]
+    assert len(fractions) == 9
+    check_weights(np.array(written["vertices"]), written["faces"], written["contacts"], fractions)
 
 
 def check_weights(
     x: Floats,
     faces: list[list[int]],
     contacts: list[dict[str, Any]],
-    shares: list[tuple[float, float]],
+    fractions: list[tuple[float, float]],
 ) -> None:
     """Weights of contacts with these points on each face."""
     for contact in contacts:
@@ -159,11 +159,11 @@ def check_weights(
             vector = np.cross(b - a, c - a)
             area = 0.5 * float(np.linalg.norm(vector))
             facing = float(vector @ np.array(contact["normal"])) / (2.0 * area)
-            for s, t in shares:
+            for s, t in fractions:
                 far = float(np.linalg.norm(s * a + t * b + (1 - s - t) * c - foot))
                 side = max(0.0, min(1.0, 1.0 + 2.0 * facing))
                 part = side * max(1.0 - (far / contact["radius"]) ** 2, 1e-12)
-                points.append((far, part * area / len(shares), face, (s, t, 1 - s - t)))
+                points.append((far, part * area / len(fractions), face, (s, t, 1 - s - t)))
         under = [p for p in points if p[0] <= contact["radius"] and p[1] > 0.0] or [min(points)]
         got = np.zeros(len(x))
         for _, count, face, coordinates in under:

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from cohaptic_server.room.watch.watcher import MOST_POINTED, Mailbox
+from cohaptic_server.room.watch.watcher import MAX_POINTED, Mailbox
 
 
 def test_newer_news_takes_the_place_of_older_news_and_is_heard_once() -> None:
@@ -15,8 +15,8 @@ def test_newer_news_takes_the_place_of_older_news_and_is_heard_once() -> None:
 
 def test_what_waits_is_bounded_and_who_pointed_first_is_left_out() -> None:
     box = Mailbox()
-    for who in range(MOST_POINTED + 5):
+    for who in range(MAX_POINTED + 5):
         box.put_pointed(who, str(who))
     box.put_pointed(5, "5 again")
-    kept = [str(who) for who in range(6, MOST_POINTED + 5)]
+    kept = [str(who) for who in range(6, MAX_POINTED + 5)]
     assert box.take() == [*kept, "5 again"]

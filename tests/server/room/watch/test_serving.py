@@ -93,10 +93,10 @@ def test_who_stops_reading_costs_little_is_called_slow_and_then_dropped(
                 (watcher,) = set(server.audience.watchers) - known
                 peers = [c for c in server.connections if c.session is watcher]
                 bad.ws.transport.pause_reading()
-                most = 0
+                largest = 0
                 for _ in range(20):
                     await good.scene()
-                    most = max(most, unread(peers[0].ws))
+                    largest = max(largest, unread(peers[0].ws))
                 server.clock.origin += SLOW_AFTER
                 await good.scene()
                 await good.scene()
@@ -108,11 +108,11 @@ def test_who_stops_reading_costs_little_is_called_slow_and_then_dropped(
                 assert watcher.close is not None
                 assert "wait for one" in watcher.close[1]
                 bad.ws.transport.abort()  # it would not read the server's close either
-                return most, watcher.close[0]
+                return largest, watcher.close[0]
 
-    most, code = asyncio.run(play())
+    largest, code = asyncio.run(play())
     assert code == CloseCode.TOO_SLOW.value
-    assert most <= BOUND
+    assert largest <= BOUND
     assert IN_FLIGHT == 2
 
 

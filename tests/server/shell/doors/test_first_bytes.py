@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.shell.doors.door import MOST, has_asked
+from cohaptic_server.shell.doors.door import LARGEST, has_asked
 from tests.server.shell.stage import REQUEST
 
 pytestmark = pytest.mark.live
@@ -38,7 +38,7 @@ def test_what_is_no_beginning_is_passed_on_to_be_judged(said: bytes, tls: bool) 
         assert has_asked(said, tls=False) or said[:1].isalpha()
 
 
-@given(st.binary(min_size=MOST, max_size=MOST), st.booleans())
+@given(st.binary(min_size=LARGEST, max_size=LARGEST), st.booleans())
 def test_of_what_is_long_the_rest_is_not_waited_for(said: bytes, tls: bool) -> None:
     assert has_asked(said, tls=tls)
 

@@ -67,10 +67,10 @@ def test_it_rises_slowly_and_falls_fast(before: float, near: list[float]) -> Non
 
 def test_less_is_shown_to_more_hands_and_to_devices_that_damp_less() -> None:
     def steady(near: list[float], budget: float = 8.0) -> float:
-        share = 0.0
+        fraction = 0.0
         for _ in range(120):
-            share = shown(near, share, budget=budget)
-        return share
+            fraction = shown(near, fraction, budget=budget)
+        return fraction
 
     one, two, three = steady([1.0, 0.0, 0.0]), steady([1.0, 1.0, 0.0]), steady([1.0, 1.0, 1.0])
     assert one > two > three > 0.0
@@ -98,17 +98,17 @@ def test_a_hand_with_friction_counts_in_three_directions() -> None:
     along /= np.linalg.norm(along)
     loads = [load, *(replace(load, direction=d, force=0.0) for d in (along, np.cross(n, along)))]
     response = jelly().respond(loads)
-    shares: list[float] = []
+    fractions: list[float] = []
     for friction, span in ((False, slice(0, 1)), (True, slice(0, 3))):
         user = Hand(
             touch(1, max_stiffness=2000.0, damping_budget=8.0, friction=friction), LoopDelay()
         )
         C = response.compliance[span, span]
-        share: float = 0.0
+        fraction: float = 0.0
         for _ in range(120):
             found = show_swing(
                 jelly(),
-                response.showing(share),
+                response.showing(fraction),
                 [user],
                 [1.0],
                 UNCOUPLED,
@@ -119,6 +119,6 @@ def test_a_hand_with_friction_counts_in_three_directions() -> None:
                 DT,
             )
             assert isinstance(found, ModalResponse)
-            share = found.felt
-        shares.append(share)
-    assert shares[1] < shares[0]
+            fraction = found.felt
+        fractions.append(fraction)
+    assert fractions[1] < fractions[0]

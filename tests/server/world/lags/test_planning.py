@@ -13,8 +13,8 @@ from cohaptic.control.laws.model import Gains
 from cohaptic.control.stability.anticipation import UNCOUPLED, anticipated
 from cohaptic_server.numeric import Floats, Mask
 from cohaptic_server.world.lags.planning import (
-    MOST_ANSWERED,
-    MOST_TURNED,
+    MAX_ANSWERED,
+    MAX_TURNED,
     Planned,
     find_anticipation,
     known_coupling,
@@ -144,12 +144,12 @@ def test_turned_contacts_are_anticipated_with_what_they_answer() -> None:
     assert found.anticipation.part.diagonal().min() > 0.1
 
 
-@pytest.mark.parametrize("slide", [MOST_TURNED + 1e-6, 1.0, 3.0])
+@pytest.mark.parametrize("slide", [MAX_TURNED + 1e-6, 1.0, 3.0])
 def test_contacts_that_are_about_to_slide_off_are_not_known(slide: float) -> None:
     users, C, turned = turned_pair(0.5, slide)
     loop = room_loop(users, C, [slice(0, 1), slice(1, 2)], everybody(2), DT)
     assert known_coupling(loop, turned) is None
-    assert known_coupling(loop, turned_pair(0.5, MOST_TURNED - 1e-6)[2]) is not None
+    assert known_coupling(loop, turned_pair(0.5, MAX_TURNED - 1e-6)[2]) is not None
 
 
 @pytest.mark.parametrize("slide", [0.0, 0.3, -0.5])
@@ -157,14 +157,14 @@ def test_contacts_that_answer_more_by_turning_than_they_are_given_are_not_known(
     slide: float,
 ) -> None:
     """The gain of a contact as deep as the surface is curved has no bound, and is not known."""
-    most = math.sqrt(MOST_ANSWERED * (1.0 - abs(slide)))
-    users, C, turned = turned_pair(1.001 * most, slide)
+    limit = math.sqrt(MAX_ANSWERED * (1.0 - abs(slide)))
+    users, C, turned = turned_pair(1.001 * limit, slide)
     loop = room_loop(users, C, [slice(0, 1), slice(1, 2)], everybody(2), DT)
     assert known_coupling(loop, turned) is None
-    assert known_coupling(loop, turned_pair(0.999 * most, slide)[2]) is not None
+    assert known_coupling(loop, turned_pair(0.999 * limit, slide)[2]) is not None
 
 
-@pytest.mark.parametrize("back", [0.5, 0.6, MOST_TURNED])
+@pytest.mark.parametrize("back", [0.5, 0.6, MAX_TURNED])
 def test_three_round_a_limb_that_turn_each_other_to_and_fro_are_not_known(back: float) -> None:
     """Each is turned the way that the other two are not: eigenvalues of -2 and twice 1, by `back`.
 
@@ -178,5 +178,5 @@ def test_three_round_a_limb_that_turn_each_other_to_and_fro_are_not_known(back: 
     across = [3, 5, 7]  # the tangent of each that lies across the limb
     S[np.ix_(across, across)] = -back * (np.ones((3, 3)) - np.eye(3))
     assert known_coupling(loop, Turned(S, 6)) is None
-    S[np.ix_(across, across)] *= 0.49 * MOST_TURNED / back
+    S[np.ix_(across, across)] *= 0.49 * MAX_TURNED / back
     assert known_coupling(loop, Turned(S, 6)) is not None

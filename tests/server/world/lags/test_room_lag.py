@@ -57,8 +57,8 @@ def test_hands_held_still_are_stable_with_it(room: Room, delay: float) -> None:
     users, C, where, pressing = room
     pressing[:] = True
     users = [
-        replace(user, delay=LoopDelay().measured(delay * share, 0.0))
-        for user, share in zip(users, np.linspace(0.2, 1.0, len(users)).tolist(), strict=True)
+        replace(user, delay=LoopDelay().measured(delay * fraction, 0.0))
+        for user, fraction in zip(users, np.linspace(0.2, 1.0, len(users)).tolist(), strict=True)
     ]
     found = lag_of(users, C, where, pressing, NO_LAG)
     assert found.margin > 1.0

@@ -19,15 +19,15 @@ from tests.server.world.lags.lag_rooms import DT, Room, everybody, room_coupling
 
 @given(st.floats(10.0, 1e4), st.floats(10.0, 1e4), st.floats(-0.99, 0.99), st.booleans())
 def test_two_users_are_coupled_by_what_each_makes_of_the_other(
-    one: float, two: float, share: float, presses: bool
+    one: float, two: float, fraction: float, presses: bool
 ) -> None:
     """m = sqrt(K_1 K_2) |C_12|, and 0 with one who does not press."""
-    C = np.array([[0.004, share * 0.004], [share * 0.004, 0.004]])
+    C = np.array([[0.004, fraction * 0.004], [fraction * 0.004, 0.004]])
     users = [user_of(touch(i, max_stiffness=k)) for i, k in enumerate((one, two), start=1)]
     k = math.sqrt(min(250.0, one) * min(250.0, two))
     where = [slice(0, 1), slice(1, 2)]
     found = room_coupling(users, C, where, np.array([True, presses]))
-    assert found == pytest.approx(k * 0.004 * abs(share) * presses, abs=1e-12)
+    assert found == pytest.approx(k * 0.004 * abs(fraction) * presses, abs=1e-12)
     assert room_coupling(users[:1], C[:1, :1], where[:1], everybody(1)) == 0.0
 
 
@@ -109,12 +109,12 @@ def test_the_papers_laws_are_coupled_with_their_own_dent_too(room: Room) -> None
     users, C, where, pressing = room
     pressing[:] = True
     others = [np.abs(C[w.start]).sum() - np.abs(C[w.start, w]).sum() for w in where]
-    shares: list[float] = []
+    fractions: list[float] = []
     for user, w, coupled in zip(users, where, others, strict=True):
         own = float(C[w.start, w.start])
-        shares.append(own * min(user.touch.who.max_stiffness, 1.0 / (own + float(coupled))))
+        fractions.append(own * min(user.touch.who.max_stiffness, 1.0 / (own + float(coupled))))
     found = room_coupling(users, C, where, pressing)
-    assert found >= max(shares) * (1.0 - 1e-9)
+    assert found >= max(fractions) * (1.0 - 1e-9)
     if len(C) == len(users):
         assert found <= 1.0 + 1e-9
 
@@ -126,19 +126,19 @@ def test_a_hand_is_as_stiff_as_it_will_be_told(room: Room, data: st.DataObject) 
     own, limit = C[where[i], where[i]], users[i].touch.who.max_stiffness
     K = hand_stiffness(users[i], own)
     # One share of the object's stiffness in all directions, of which the law has the normal's.
-    share = min(1.0, limit * own[0, 0])
-    assert pytest.approx(share * np.eye(len(own)), abs=1e-9) == K @ own
+    fraction = min(1.0, limit * own[0, 0])
+    assert pytest.approx(fraction * np.eye(len(own)), abs=1e-9) == K @ own
     # The paper's laws go by what the others do, too.
     others = data.draw(st.floats(0.0, 0.1))
     paper = replace(users[i], touch=changed(users[i].touch, law=Law.PI))
-    share = min(limit, 1.0 / (own[0, 0] + others)) * own[0, 0]
+    fraction = min(limit, 1.0 / (own[0, 0] + others)) * own[0, 0]
     assert (
-        pytest.approx(share * np.eye(len(own)), abs=1e-9)
+        pytest.approx(fraction * np.eye(len(own)), abs=1e-9)
         == hand_stiffness(paper, own, others) @ own
     )
     assert (hand_stiffness(users[i], own, others) == K).all()
     fixed = Gains(data.draw(st.floats(1.0, 1e5)), 0.0)
     told = replace(users[i], touch=changed(users[i].touch, fixed_gains=fixed))
     chosen: float = min(limit, fixed.k_h)
-    share = chosen * float(own[0, 0])
-    assert pytest.approx(share * np.eye(len(own)), abs=1e-6) == hand_stiffness(told, own) @ own
+    fraction = chosen * float(own[0, 0])
+    assert pytest.approx(fraction * np.eye(len(own)), abs=1e-6) == hand_stiffness(told, own) @ own

@@ -41,7 +41,7 @@ models = st.builds(HandModel, st.floats(0.03, 0.8), st.floats(0.5, 20.0), st.flo
 
 
 def at(t: float, depth: float = 0.005, force: float = 2.0, user: int = 1) -> Touch:
-    return touch(user, at=OUT, depth=depth, force=force, give=0.0, t_client=t)
+    return touch(user, at=OUT, depth=depth, force=force, deflection=0.0, t_client=t)
 
 
 def heard(learned: Learned, touches: Iterable[Touch]) -> Learned:

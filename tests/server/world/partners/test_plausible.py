@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from cohaptic.protocol.frame import MAX_FORCE, MAX_POSITION
 from cohaptic_server.world.partners.learning import FIRST_LAG, glide, unknown
 from cohaptic_server.world.partners.plausible import (
+    deflection_of,
     depth_of,
     doubt,
-    give_of,
     lag_of,
     moved,
     strength,
@@ -29,13 +29,13 @@ compliances = st.floats(1e-5, 0.1)
 
 @given(forces, forces, forces, depths, compliances)
 def test_a_hand_is_no_deeper_than_its_device_can_press(
-    told: float, push: float, most: float, depth: float, compliance: float
+    told: float, push: float, limit: float, depth: float, compliance: float
 ) -> None:
-    hand, sample = replace(unknown(1), peak=told), touch(max_force=most)
+    hand, sample = replace(unknown(1), peak=told), touch(max_force=limit)
     believed, doubted = depth_of(sample, hand, depth, compliance, push)
-    assert -0.05 <= believed <= compliance * most
+    assert -0.05 <= believed <= compliance * limit
     assert believed <= max(depth, -0.05)
-    assert doubted is (depth > 2.0 * compliance * min(most, 1.1 * max(told, push) + 0.5) + 0.005)
+    assert doubted is (depth > 2.0 * compliance * min(limit, 1.1 * max(told, push) + 0.5) + 0.005)
 
 
 @given(forces, forces, depths, compliances)
@@ -61,11 +61,11 @@ def test_who_is_as_deep_as_it_presses_is_believed(
 
 
 @given(forces, st.floats(-MAX_POSITION, MAX_POSITION))
-def test_a_give_is_one_that_the_told_forces_make(told: float, give: float) -> None:
+def test_a_give_is_one_that_the_told_forces_make(told: float, deflection: float) -> None:
     hand = replace(unknown(1), peak=told)
-    believed = give_of(touch(give=give, max_force=MAX_FORCE), hand)
+    believed = deflection_of(touch(deflection=deflection, max_force=MAX_FORCE), hand)
     assert abs(believed) <= 2.0 * (told + 0.5) / hand.model.stiffness + 1e-12
-    assert believed * give >= 0.0
+    assert believed * deflection >= 0.0
 
 
 @given(depths, depths, st.floats(0.0, 0.1))

@@ -59,7 +59,7 @@ def test_a_lag_is_the_least_that_keeps_a_row_small(seed: int) -> None:
     hands, models = drawn(seed, 2)
     C = compliance(1, 2)
     around = surroundings(C, models, FREQUENCIES)
-    each = Surroundings(around.give[0], around.share[0])
+    each = Surroundings(around.compliance[0], around.fraction[0])
     clouds = hands[0][:, None] * np.ones((1, 5, 1))
     w = 2.0 * np.pi * FREQUENCIES
     rows = row(around, hands, models, FREQUENCIES)[0]

@@ -41,9 +41,11 @@ OFTEN = 1e-9
 SIZE = 1.0  # m; of a body on which no force of a device makes too deep a dent
 
 
-def hand(user: int, force: float = 2.0, *, give: float | None = 0.0, **changes: Any) -> UserState:
-    """A hand whose force the body carries; its client moves models if it tells a give."""
-    told = touch(user, at=side(user), force=force, give=give, **changes)
+def hand(
+    user: int, force: float = 2.0, *, deflection: float | None = 0.0, **changes: Any
+) -> UserState:
+    """A hand whose force the body carries; its client moves models if it tells a deflection."""
+    told = touch(user, at=side(user), force=force, deflection=deflection, **changes)
     return user_of(told, force=force, requested=force)
 
 
@@ -89,7 +91,7 @@ class Room:
 
 TWO = (hand(1), hand(2))
 WITHOUT: dict[str, dict[str, Any]] = {
-    "without models": {"give": None},
+    "without models": {"deflection": None},
     "with friction": {"friction": True},
     "with the paper's first law": {"law": Law.PROPORTIONAL},
     "with the paper's other law": {"law": Law.PI},
@@ -138,7 +140,7 @@ def test_a_hand_wants_its_depth_and_its_give(hands: list[tuple[float, float]], s
     It is no deeper than its device can press, and no farther than 50 mm away.
     """
     rng = np.random.default_rng(seed)
-    room = Room([hand(i, f, give=y) for i, (f, y) in enumerate(hands, start=1)])
+    room = Room([hand(i, f, deflection=y) for i, (f, y) in enumerate(hands, start=1)])
     n = len(hands)
     mixed = rng.standard_normal((n, n))
     room.C, room.height = 0.002 * mixed @ mixed.T, rng.uniform(-0.02, 0.02, n)
@@ -160,30 +162,32 @@ def test_what_a_hand_wants_follows_with_its_lag(further: float, ticks: int) -> N
     before = room.tick().intended[1]
     room.height = room.height - [further, 0.0]
     room.run((ticks - 0.5) * DT)
-    share = 1.0 - math.exp(-ticks * DT / FIRST_LAG)
-    assert room.wishes.intended[1] - before == pytest.approx(share * further, abs=1e-12)
+    fraction = 1.0 - math.exp(-ticks * DT / FIRST_LAG)
+    assert room.wishes.intended[1] - before == pytest.approx(fraction * further, abs=1e-12)
     assert room.wishes.hands[1].lag == FIRST_LAG
 
 
 @given(st.floats(-MAX_POSITION, MAX_POSITION), st.floats(0.0, MAX_FORCE))
-def test_a_told_give_is_cut_to_what_the_hands_forces_can_do(give: float, most: float) -> None:
+def test_a_told_give_is_cut_to_what_the_hands_forces_can_do(
+    deflection: float, max_force: float
+) -> None:
     """In what the hand wants, and in what its partners begin with.
 
     The forces are those that it told, here 2 N, and half a newton that is still to come.
     """
-    room = Room([hand(1), hand(2, give=give, max_force=most)])
-    limit = 2.0 * min(most, 2.5) / USUAL_HAND.stiffness
-    none = Room([hand(1), hand(2, max_force=most)])
+    room = Room([hand(1), hand(2, deflection=deflection, max_force=max_force)])
+    limit = 2.0 * min(max_force, 2.5) / USUAL_HAND.stiffness
+    none = Room([hand(1), hand(2, max_force=max_force)])
     for _ in range(9):
         room.tick()
         none.tick()
     assert abs(room.wishes.intended[2] - none.wishes.intended[2]) <= limit + 1e-12
     partner = room.partners()[1].partners[0]
-    assert partner.give == pytest.approx(min(limit, max(-limit, give)), abs=1e-12)
+    assert partner.deflection == pytest.approx(min(limit, max(-limit, deflection)), abs=1e-12)
 
 
 def test_a_patch_has_all_others_and_what_is_between_their_contacts() -> None:
-    users = [hand(1, 1.0), hand(2, 3.0, give=0.004), hand(3, 2.0, max_force=7.0)]
+    users = [hand(1, 1.0), hand(2, 3.0, deflection=0.004), hand(3, 2.0, max_force=7.0)]
     room = Room(users)
     room.C = 0.001 * np.array([[4.0, 0.5, 0.25], [0.5, 5.0, -0.125], [0.25, -0.125, 6.0]])
     room.applied = room.applied._replace(presence=np.array([1.0, 1.0, 0.5]))
@@ -194,8 +198,8 @@ def test_a_patch_has_all_others_and_what_is_between_their_contacts() -> None:
     first = found[1]
     assert (first.weight, first.model, first.users) == (1.0, USUAL_HAND, (2, 3))
     second, third = first.partners
-    assert (second.intended, second.give, second.force) == (wishes.intended[2], 0.004, 3.0)
-    assert (second.most, third.most) == (4.75, 3.5)  # what it told and more; its own
+    assert (second.intended, second.deflection, second.force) == (wishes.intended[2], 0.004, 3.0)
+    assert (second.max_force, third.max_force) == (4.75, 3.5)  # what it told and more; its own
     assert (second.c_jj, third.c_jj) == pytest.approx((0.005, 0.006), rel=2e-5)
     assert second.coupled == (0.0005,)
     assert third.coupled == (0.00025, -0.000125)
@@ -224,7 +228,7 @@ def test_who_is_out_of_reach_is_no_partner_and_most_pressing_ones_come_first() -
 
 
 def test_models_are_those_that_a_client_had_when_it_answered() -> None:
-    """The give that it told is that of this model; the model has moved on since."""
+    """The deflection that it told is that of this model; the model has moved on since."""
     room = Room(TWO)
     room.run(0.5)
     other = HandModel(0.3, 4.0, 200.0)
@@ -250,33 +254,33 @@ def simulated(user: int, force: float = 2.0, **changes: Any) -> UserState:
 
 
 def test_a_simulated_hand_is_a_partner_at_once_and_has_none_itself() -> None:
-    room = Room([hand(1), simulated(2, give=0.004)])
+    room = Room([hand(1), simulated(2, deflection=0.004)])
     assert set(room.run(5.0)) == {1.0}
     found = room.partners()
     assert set(found) == {1}
     partner = found[1].partners[0]
-    assert (partner.user, partner.model, partner.give) == (2, USUAL_HAND, 0.004)
+    assert (partner.user, partner.model, partner.deflection) == (2, USUAL_HAND, 0.004)
     assert room.wishes.forbidden.users == ()
 
 
 def test_models_follow_a_simulated_hand_that_changes_no_faster_than_clients_let_them() -> None:
-    """By a factor of e in a second; until then, a give presses by neither hand more than told."""
+    """By a factor of e in a second; until then a deflection presses no more than reported."""
     room = Room([hand(1), simulated(2)])
     room.run(0.5)
-    room.set([hand(1), simulated(2, own_model=FIRM, give=1.0)])
+    room.set([hand(1), simulated(2, own_model=FIRM, deflection=1.0)])
     models = list[HandModel]()
     for _ in range(round(math.log(25.0) / DT) + 2):
         room.tick()
         partner = room.partners()[1].partners[0]
         models.append(partner.model)
-        assert partner.give == pytest.approx(2.0 * 2.5 / FIRM.stiffness)
+        assert partner.deflection == pytest.approx(2.0 * 2.5 / FIRM.stiffness)
     k = np.array([USUAL_HAND.stiffness, *[model.stiffness for model in models]])
     assert models[-1] == FIRM
     assert np.diff(np.log(k)).max() <= 1.01 * DT
-    room.set([hand(1), simulated(2, give=1.0)])
+    room.set([hand(1), simulated(2, deflection=1.0)])
     room.tick()
     last = room.partners()[1].partners[0]
-    assert last.give <= 2.0 * 2.5 / last.model.stiffness
+    assert last.deflection <= 2.0 * 2.5 / last.model.stiffness
 
 
 def test_a_model_presses_no_harder_than_its_hand_has_told() -> None:
@@ -285,18 +289,18 @@ def test_a_model_presses_no_harder_than_its_hand_has_told() -> None:
         room = Room([hand(1), one])
         room.height = np.array([0.0, -0.03])
         room.tick()
-        assert room.partners()[1].partners[0].most == 1.0
+        assert room.partners()[1].partners[0].max_force == 1.0
 
 
 def test_a_hand_that_was_silent_comes_back_with_a_model_as_weak_as_its_force() -> None:
     room = Room(TWO)
     room.run(1.0)
-    assert room.partners()[1].partners[0].most == 3.5
+    assert room.partners()[1].partners[0].max_force == 3.5
     room.set([hand(1), hand(2, fresh=False)])  # its force fades, though it has told 2 N last
     room.run(5.0)
     room.set([hand(1), hand(2, 0.1)])
     room.tick()
-    assert room.partners()[1].partners[0].most < 1.25
+    assert room.partners()[1].partners[0].max_force < 1.25
 
 
 def test_only_who_moves_models_has_a_contact_that_the_others_stiffen() -> None:
@@ -309,12 +313,12 @@ def test_only_who_moves_models_has_a_contact_that_the_others_stiffen() -> None:
 
 
 def test_a_model_presses_with_no_force_along_the_surface() -> None:
-    aside = touch(2, at=side(2), give=0.0, force=0.1)
+    aside = touch(2, at=side(2), deflection=0.0, force=0.1)
     slid = replace(aside, force=add(aside.force, (0.0, 0.0, 8.0)))
     rooms = [Room([hand(1), user_of(one, force=0.1, requested=0.1)]) for one in (aside, slid)]
     for room in rooms:
         room.tick()
-    straight, along = [room.partners()[1].partners[0].most for room in rooms]
+    straight, along = [room.partners()[1].partners[0].max_force for room in rooms]
     assert along == straight < 2.0
 
 
@@ -322,7 +326,7 @@ def test_a_model_presses_with_no_force_along_the_surface() -> None:
 def test_a_deep_hand_is_believed_for_a_force_into_the_object_alone(
     into: float, along: float, doubted: float
 ) -> None:
-    told = touch(2, at=side(2), give=0.0, force=into)
+    told = touch(2, at=side(2), deflection=0.0, force=into)
     told = replace(told, force=add(told.force, (0.0, 0.0, along)))
     room = Room([hand(1), user_of(told, force=into, requested=into)])
     room.height[1] = -0.03
@@ -356,10 +360,14 @@ def test_a_hand_that_is_silent_forbids_models_when_it_comes_back() -> None:
             True,
             Forbidden("link", (1, 3)),
         ),
-        ([late(hand(1), 0.02, 0.3), hand(2, give=None)], True, Forbidden("hand", (2,))),
-        ([hand(1), hand(2, give=None), hand(3, friction=True)], True, Forbidden("hand", (2, 3))),
+        ([late(hand(1), 0.02, 0.3), hand(2, deflection=None)], True, Forbidden("hand", (2,))),
+        (
+            [hand(1), hand(2, deflection=None), hand(3, friction=True)],
+            True,
+            Forbidden("hand", (2, 3)),
+        ),
         ([hand(i + 1) for i in range(9)], True, Forbidden("number")),
-        ([hand(1), hand(2, give=None)], False, Forbidden("object")),
+        ([hand(1), hand(2, deflection=None)], False, Forbidden("object")),
     ],
 )
 def test_it_is_known_why_models_are_forbidden(
@@ -392,8 +400,8 @@ def test_every_patch_can_be_sent_whatever_hands_tell_and_bodies_do(
 ) -> None:
     room = Room(
         [
-            hand(i, f, give=y, max_force=most, max_stiffness=k)
-            for i, (f, y, most, k, _) in enumerate(hands, start=1)
+            hand(i, f, deflection=y, max_force=max_force, max_stiffness=k)
+            for i, (f, y, max_force, k, _) in enumerate(hands, start=1)
         ]
     )
     n = len(hands)
@@ -417,7 +425,7 @@ def held(
 
 
 def both(**changes: Any) -> list[Touch]:
-    return [touch(i, at=side(math.pi * i), give=0.0, **changes) for i in (1, 2)]
+    return [touch(i, at=side(math.pi * i), deflection=0.0, **changes) for i in (1, 2)]
 
 
 @pytest.mark.parametrize("body", ["rubber", "viscous", "balloon"])

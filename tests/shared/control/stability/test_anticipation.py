@@ -100,7 +100,9 @@ def test_the_same_room_swings_up_where_nothing_is_anticipated() -> None:
 # Hands that move
 
 
-def _turns(S: Floats, rng: np.random.Generator, share: float, stiffness: float = np.inf) -> float:
+def _turns(
+    S: Floats, rng: np.random.Generator, fraction: float, stiffness: float = np.inf
+) -> float:
     """Roots to the right of the axis, of a room of random hands, by the argument principle.
 
     Hands of 20 g to 0.5 kg, of the damping M / theta, two of five without any stiffness. Where the
@@ -116,7 +118,7 @@ def _turns(S: Floats, rng: np.random.Generator, share: float, stiffness: float =
     s = 1j * np.geomspace(1e-4, 3e3, 6000)[:, None]
     hand = M * s * s + M / THETA * s + k
     H = (hand / (hand + K))[:, :, None]
-    tau = share * hand_factor(part.gains, stiffness) * THETA
+    tau = fraction * hand_factor(part.gains, stiffness) * THETA
     lag = 1.0 / (1.0 + s[:, :, None] * tau)
     around = np.exp(-s * T)[:, :, None] * ((1.0 - H) * part.X - H * (S - part.X))
     phase = np.unwrap(np.angle(np.linalg.det(np.eye(n) - lag * (part.solve @ around))))
@@ -170,11 +172,11 @@ def test_the_worst_hand_is_no_worse_than_the_factor_says(
     st.floats(1e-2, 1e2),
 )
 def test_the_worst_hand_on_a_limited_spring_is_no_worse_than_its_factor_says(
-    positive: float, negative: float, p: float, stiff: float, share: float, stiffness: float
+    positive: float, negative: float, p: float, stiff: float, fraction: float, stiffness: float
 ) -> None:
     room = gains_left(positive, -negative)
     r = hand_factor(room, stiffness) * (1.0 + 1e-9)
-    q, kappa = max(stiff, -p), share * stiffness / p
+    q, kappa = max(stiff, -p), fraction * stiffness / p
     H = (q + 1j) / (q + kappa + 1j)
     row = np.hypot(abs(1.0 - H) * room.together, abs(-(1.0 - H) * room.apart + H * room.held))
     assert row <= np.hypot(1.0, r * p) * (1.0 + 5e-3)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohaptic.control.stability.lag_choice import (
-    SHARE,
+    FRACTION,
     choose_lag,
     coupling_matrix,
     coupling_radius,
@@ -129,9 +129,9 @@ def test_the_coupling_is_the_same_in_any_order_of_users_and_along_any_axes(seed:
 @given(couplings, times, budgets)
 def test_the_chosen_lag_is_never_less_than_the_edge(m: float, T: float, budget: float) -> None:
     room = choose_lag(m, T, budget)
-    assert room.lag >= lag_needed(m, T) / SHARE
+    assert room.lag >= lag_needed(m, T) / FRACTION
     assert room.lag >= hand_time(budget, m) * m
     assert room.coupling == m
     assert room.margin == margin(m, T, room.lag) > (1.0 if m < 1.0 else 0.999)
     if lag_needed(m, T) > 0.0:
-        assert room.margin >= (1.0 - 1e-12) / SHARE
+        assert room.margin >= (1.0 - 1e-12) / FRACTION

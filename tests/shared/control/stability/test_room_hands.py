@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic.control.stability.lag_choice import SHARE, coupling_radius, lag_needed
+from cohaptic.control.stability.lag_choice import FRACTION, coupling_radius, lag_needed
 from cohaptic.control.stability.single_contact import Floats
 
 THETA = 0.12  # s
@@ -84,7 +84,7 @@ def test_above_one_both_rules_together_hold_for_hands_with_some_stiffness() -> N
             continue
         tried += 1
         edge = lag_needed(m, float(delays.max()))
-        assert not swings(S, delays, max(edge / SHARE, THETA * m), H)
+        assert not swings(S, delays, max(edge / FRACTION, THETA * m), H)
         swung += swings(S, delays, 1.001 * edge, H)
     assert swung > 3  # the theorem's edge alone is that of hands held still
 
@@ -95,6 +95,6 @@ def test_above_one_the_rule_is_no_theorem(longer: float, unstable: bool) -> None
     m, T, mass, damping, gain = 1.31, 0.28, 0.438, 3.65, 26.0
     S = m / 2.0 * (np.ones((3, 3)) - np.eye(3))
     H = hand_loop(*(np.full(3, x) for x in (mass, damping, 0.0, gain)))
-    lag = longer * max(lag_needed(m, T) / SHARE, THETA * m)
+    lag = longer * max(lag_needed(m, T) / FRACTION, THETA * m)
     assert mass / damping == pytest.approx(THETA)
     assert swings(S, np.full(3, T), lag, H) is unstable

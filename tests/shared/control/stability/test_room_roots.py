@@ -143,14 +143,14 @@ def test_without_a_lag_the_growth_is_the_largest_of_delays_next_to_the_given_one
     """On a grid of delays none grows faster than that, and one comes near it."""
     S = np.array([[0.0, 0.9, 0.5], [0.9, 0.0, 0.7], [0.5, 0.7, 0.0]])
     S *= 1.3 / coupling_radius(S)
-    shares: list[float] = []
+    fractions: list[float] = []
     for i in range(28, 33):
         for j in range(18, 23):
             steps = [i, 24, j]
-            shares.append(on_a_grid(S, steps) / growth(S, np.array(steps, dtype=float), 0.0))
-    assert max(shares) <= 1.0 + 1e-9
-    assert max(shares) > 0.98
-    assert min(shares) < 0.8  # or every one of them would do
+            fractions.append(on_a_grid(S, steps) / growth(S, np.array(steps, dtype=float), 0.0))
+    assert max(fractions) <= 1.0 + 1e-9
+    assert max(fractions) > 0.98
+    assert min(fractions) < 0.8  # or every one of them would do
 
 
 def test_a_large_room_is_exact_at_the_lag_that_it_needs_and_bounded_far_below() -> None:
@@ -161,10 +161,10 @@ def test_a_large_room_is_exact_at_the_lag_that_it_needs_and_bounded_far_below() 
     S = C * np.outer(scale, scale) - np.eye(64)
     m, T = coupling_radius(S), np.full(64, 0.2)
     edge = lag_needed(m, 0.2)
-    for share in (0.999, 1.001):
-        lag = share * edge
+    for fraction in (0.999, 1.001):
+        lag = fraction * edge
         rate = growth(S, T, lag)
-        assert (rate < 0.0) is (share > 1.0)
+        assert (rate < 0.0) is (fraction > 1.0)
         assert rate == pytest.approx(by_lambert(S, 0.2, lag), abs=1e-9)
     short = 1e-3 * edge
     assert unknowns(T, short, m / short) > LARGEST

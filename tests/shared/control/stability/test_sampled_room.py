@@ -73,10 +73,10 @@ def test_the_predictive_law_has_no_integral_whatever_its_gains_say(seed: int, ga
 def test_an_exponential_share_would_leave_sampled_rooms_unstable(m: float, ticks: int) -> None:
     """Near m = 1 the lag is shorter than the period: e^(-dt / tau) would leave nothing of it."""
     lag = 1.001 * lag_needed(m, ticks * PERIOD)
-    for share, stable in ((kept(lag, PERIOD), True), (math.exp(-PERIOD / lag), False)):
+    for fraction, stable in ((kept(lag, PERIOD), True), (math.exp(-PERIOD / lag), False)):
         # f~ <- share f~ - (1 - share) m f~(k - ticks)
-        polynomial = [1.0, -share, *[0.0] * (ticks - 1)]
-        polynomial[ticks] += (1.0 - share) * m
+        polynomial = [1.0, -fraction, *[0.0] * (ticks - 1)]
+        polynomial[ticks] += (1.0 - fraction) * m
         assert (float(np.abs(np.roots(polynomial)).max()) < 1.0) is stable
 
 
@@ -84,8 +84,8 @@ def test_an_exponential_share_would_leave_sampled_rooms_unstable(m: float, ticks
 def test_the_lag_that_the_theorem_asks_for_is_enough_for_every_sampled_coupling(ticks: int) -> None:
     """The condition of science 3.8, for `kept`, at the fastest x whose gain is above 1."""
     for m in 1.0 + np.geomspace(1e-9, 1e3, 500):
-        share = kept(lag_needed(m, ticks * PERIOD), PERIOD)
-        r = share / (1.0 - share)
+        fraction = kept(lag_needed(m, ticks * PERIOD), PERIOD)
+        r = fraction / (1.0 - fraction)
         half = math.sqrt((m * m - 1.0) / (4.0 * r * (r + 1.0)))
         assert half < 1.0
         x = 2.0 * math.asin(half)

@@ -32,10 +32,10 @@ def any_delay(C: np.ndarray, k_h: np.ndarray, law: Law) -> float:
 @given(sizes, seeds, laws, st.floats(0.1, 2.0))
 @settings(deadline=None)
 def test_gains_that_are_safe_at_any_delay_are_safe_without(
-    n: int, seed: int, law: Law, share: float
+    n: int, seed: int, law: Law, fraction: float
 ) -> None:
     C = random_compliance(n, seed)
-    judged = couple(C, share / np.diag(C), law)
+    judged = couple(C, fraction / np.diag(C), law)
     assert judged.rho_any_delay is not None
     assert judged.rho_no_delay <= judged.rho_any_delay + 1e-12
 
@@ -87,10 +87,10 @@ def test_a_sampled_room_swings_without_its_lag_and_rests_with_it() -> None:
 @given(sizes, seeds, laws, st.floats(0.3, 1.7), st.integers(0, 1000))
 @settings(max_examples=examples(200), deadline=None)
 def test_without_delay_the_radius_tells_whether_forces_settle(
-    n: int, seed: int, law: Law, share: float, start: int
+    n: int, seed: int, law: Law, fraction: float, start: int
 ) -> None:
     C = random_compliance(n, seed)
-    k_h = share / np.diag(C)
+    k_h = fraction / np.diag(C)
     radius = couple(C, k_h, law).rho_no_delay
     f = np.random.default_rng(start).normal(size=n)
     first = np.abs(f).max()

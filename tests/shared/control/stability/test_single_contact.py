@@ -18,7 +18,7 @@ from tests.examples_of_laws import examples
 
 T = 0.001  # s
 stiffness = st.floats(50.0, 800.0)
-shares = st.floats(0.05, 2.0)
+fractions = st.floats(0.05, 2.0)
 ratios = st.integers(2, 100)
 EDGE = 1e-6  # of a spectral radius, within which rounding decides
 
@@ -27,43 +27,43 @@ def unlike(radius: float) -> None:
     assume(abs(radius - 1.0) > EDGE)
 
 
-@given(stiffness, shares, st.floats(0.0, 1.0), ratios)
+@given(stiffness, fractions, st.floats(0.0, 1.0), ratios)
 @settings(max_examples=examples(1000), deadline=None)
 def test_8_and_10_agree_with_the_lifted_system(
-    k_o: float, share: float, damping: float, n: int
+    k_o: float, fraction: float, damping: float, n: int
 ) -> None:
-    k_h, b_o = share * k_o, damping * k_o
+    k_h, b_o = fraction * k_o, damping * k_o
     radius = lifted_radius(proportional_model(k_h), elastic_object(k_o, b_o), n)
     unlike(radius)
     assert (radius < 1.0) == proportional_is_stable(k_h, k_o, b_o)
 
 
-@given(stiffness, shares, st.floats(0.01, 3.0), st.floats(0.0, 1.0), ratios)
+@given(stiffness, fractions, st.floats(0.01, 3.0), st.floats(0.0, 1.0), ratios)
 @settings(max_examples=examples(1000), deadline=None)
 def test_15_and_16_agree_with_the_lifted_system(
-    k_o: float, share: float, integral: float, damping: float, n: int
+    k_o: float, fraction: float, integral: float, damping: float, n: int
 ) -> None:
-    k_h, b_o, gain = share * k_o, damping * k_o, integral * k_o / (n * T)
+    k_h, b_o, gain = fraction * k_o, damping * k_o, integral * k_o / (n * T)
     radius = lifted_radius(integral_model(k_h, gain, T), elastic_object(k_o, b_o), n)
     unlike(radius)
     assert (radius < 1.0) == integral_is_stable(k_h, gain, k_o, n * T, b_o)
 
 
-@given(stiffness, shares, st.integers(0, 8), ratios)
+@given(stiffness, fractions, st.integers(0, 8), ratios)
 @settings(max_examples=examples(500), deadline=None)
-def test_8_holds_for_every_delay(k_o: float, share: float, d: int, n: int) -> None:
+def test_8_holds_for_every_delay(k_o: float, fraction: float, d: int, n: int) -> None:
     """z^(d+1) + K_h / K_o = 0, science 3.1."""
-    radius = lifted_radius(proportional_model(share * k_o), elastic_object(k_o), n, d * n)
-    assert radius == pytest.approx(share ** (1.0 / (d + 1)), abs=1e-6)
+    radius = lifted_radius(proportional_model(fraction * k_o), elastic_object(k_o), n, d * n)
+    assert radius == pytest.approx(fraction ** (1.0 / (d + 1)), abs=1e-6)
 
 
-@given(stiffness, shares, st.floats(0.01, 3.0), st.integers(0, 6), ratios)
+@given(stiffness, fractions, st.floats(0.01, 3.0), st.integers(0, 6), ratios)
 @settings(max_examples=examples(500), deadline=None)
 def test_the_delayed_integral_loop_has_its_characteristic_polynomial(
-    k_o: float, share: float, integral: float, d: int, n: int
+    k_o: float, fraction: float, integral: float, d: int, n: int
 ) -> None:
     """z^(d+1) (z - 1) K_o + K_h (z - 1) + I N T = 0, science 3.1."""
-    k_h, int_ = share * k_o, integral * k_o
+    k_h, int_ = fraction * k_o, integral * k_o
     radius = lifted_radius(integral_model(k_h, int_ / (n * T), T), elastic_object(k_o), n, d * n)
     polynomial = np.zeros(d + 3)
     polynomial[[0, 1]] = k_o, -k_o
@@ -95,9 +95,9 @@ def simulate(local: StateSpace, body: StateSpace, n: int, delay: int, periods: i
 )  # fmt: skip
 @settings(max_examples=examples(300), deadline=None)
 def test_the_lifted_system_agrees_with_a_simulation_at_fractions_of_a_tick(
-    k_o: float, share: float, integral: float, damping: float, n: int, delay: int
+    k_o: float, fraction: float, integral: float, damping: float, n: int, delay: int
 ) -> None:
-    local = integral_model(share * k_o, integral * k_o / (n * T), T)
+    local = integral_model(fraction * k_o, integral * k_o / (n * T), T)
     body = elastic_object(k_o, damping * k_o)
     radius = lifted_radius(local, body, n, delay)
     assume(abs(radius - 1.0) > 0.02)

@@ -36,7 +36,7 @@ def test_inside_is_stable_and_outside_is_not(delay: int) -> None:
     polygon = stability_area(1.0, rate_ratio=10, delay_samples=delay, points=15)
     upper = polygon[: len(polygon) // 2]
     for k_h, int_ in upper[1:-1]:
-        for share, stable in ((0.97, True), (1.03, False)):
-            local = integral_model(k_h, share * int_, 0.1)
+        for fraction, stable in ((0.97, True), (1.03, False)):
+            local = integral_model(k_h, fraction * int_, 0.1)
             inside = lifted_radius(local, elastic_object(1.0), 10, delay) < 1.0
             assert inside == stable or k_h > 2.5

@@ -28,9 +28,9 @@ def swing(w: float, damping: float) -> Swing:
 
 @given(st.floats(1e-2, 1e2), st.floats(-1e2, 1e2), st.floats(0.0, 1.0), st.floats(1e-2, 1e3))
 def test_no_hand_answers_what_it_is_shown_by_more(
-    p: float, stiff: float, share: float, stiffness: float
+    p: float, stiff: float, fraction: float, stiffness: float
 ) -> None:
-    q, x = max(stiff, -p), share * stiffness / p
+    q, x = max(stiff, -p), fraction * stiffness / p
     H = abs((q + 1j) / (q + x + 1j))
     assert H * H <= float(shown_gain(np.array(p), stiffness)) * (1.0 + 1e-9)
     assert H * H <= float(shown_gain(np.array(p))) * (1.0 + 1e-9)
@@ -61,15 +61,15 @@ def _quotient(gains: Gains, x: Floats, y: Floats) -> Floats:
     st.floats(0.0, 1.0) | st.floats(-1e2, 0.0),
 )
 def test_no_hand_of_the_class_has_more_gain_in_its_row(
-    positive: float, negative: float, p: float, stiffness: float, share: float, mass: float
+    positive: float, negative: float, p: float, stiffness: float, fraction: float, mass: float
 ) -> None:
     """Whatever its mass, its own spring and K are."""
     gains = gains_left(positive, -negative)
-    x, y = np.array(share * stiffness / p), np.array(-mass * p)
-    most = float(worst_row_gain(gains, np.array(p), stiffness))
-    assert float(_quotient(gains, x, y)) <= most * (1.0 + 1e-9) + 1e-12
-    assert most <= float(worst_row_gain(gains, np.array(p))) * (1.0 + 1e-9) + 1e-12
-    assert most >= float(row_gain(gains, np.array(p), stiffness)) * (1.0 - 1e-9) - 1e-12
+    x, y = np.array(fraction * stiffness / p), np.array(-mass * p)
+    limit = float(worst_row_gain(gains, np.array(p), stiffness))
+    assert float(_quotient(gains, x, y)) <= limit * (1.0 + 1e-9) + 1e-12
+    assert limit <= float(worst_row_gain(gains, np.array(p))) * (1.0 + 1e-9) + 1e-12
+    assert limit >= float(row_gain(gains, np.array(p), stiffness)) * (1.0 - 1e-9) - 1e-12
 
 
 @given(st.floats(0.0, 5.0), st.floats(0.0, 0.999), st.floats(0.1, 10.0), st.floats(0.1, 1e2))
@@ -79,9 +79,9 @@ def test_some_hand_of_the_class_has_it(
     gains = gains_left(positive, -negative)
     y = -np.linspace(0.0, p, 401)[:, None]
     x = np.linspace(0.0, stiffness / p, 401)
-    most = float(worst_row_gain(gains, np.array(p), stiffness))
+    limit = float(worst_row_gain(gains, np.array(p), stiffness))
     x = np.concatenate([x, np.minimum(x[-1], np.geomspace(1e-2, 1e2, 401))])
-    assert float(_quotient(gains, x, y).max()) == pytest.approx(most, rel=0.02, abs=1e-9)
+    assert float(_quotient(gains, x, y).max()) == pytest.approx(limit, rel=0.02, abs=1e-9)
 
 
 @given(

@@ -80,9 +80,9 @@ def growth(room: Limb, ticks: list[int], tau: float) -> float:
     for i, late in enumerate(ticks):
         answers[i, u[late]] += part.X[i] - room.S[i]
         answers[i, t[late]] -= room.across[i]
-    share = 1.0 / (1.0 + tau)
-    step[u[0]] = share * (part.solve @ answers)
-    step[u[0], u[0]] += (1.0 - share) * np.eye(n)
+    fraction = 1.0 / (1.0 + tau)
+    step[u[0]] = fraction * (part.solve @ answers)
+    step[u[0], u[0]] += (1.0 - fraction) * np.eye(n)
     step[t[0], t[0]] = room.along
     step[t[0], u[0]] = room.across.T
     for before, after in itertools.pairwise(range(memory)):

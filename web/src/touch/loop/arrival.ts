@@ -29,9 +29,9 @@ export function receive(state: LoopState, patch: Patch, now: number, settings: L
   const held = settings.smoothing === 0; // each surface from its coming to the next, as in the paper
   if (held || !follows || !fits(state.playout, now - patch.t_server)) {
     // Also the first patch, or that of another server, or of a server whose clock says nothing.
-    const share = progress(state, now);
+    const fraction = progress(state, now);
     const playout = begun(now - patch.t_server + way);
-    return begin({ ...state, arrived: now, patience, playout }, patch, [], now, settings, share);
+    return begin({ ...state, arrived: now, patience, playout }, patch, [], now, settings, fraction);
   }
   const early = settings.simulation_period - way;
   const playout = silent ? state.playout : measured(state.playout, now - newest.t_server - early, now);
@@ -66,14 +66,14 @@ export function played(state: LoopState, now: number, dt: number, settings: Loop
   return advanced(state.playout, Math.min(dt, LONGEST), now - newest.t_server - early);
 }
 
-/** Begin the move to a patch from what is shown now; `share` of the move before is complete. */
+/** Begin the move to a patch from what is shown now; `fraction` of the move before is complete. */
 function begin(
   state: LoopState,
   patch: Patch,
   rest: readonly Patch[],
   now: number,
   settings: LoopSettings,
-  share: number,
+  fraction: number,
 ): LoopState {
   let playing = now - state.playout.behind;
   // The time came between two periods.
@@ -85,7 +85,7 @@ function begin(
       ? settled(patch.law, gains)
       : switchLaw(state.fade, patch.law, gains, state.normal_force, state.sight);
   const before = state.patch;
-  const atArrival = shown(state, state.probe, share);
+  const atArrival = shown(state, state.probe, fraction);
   const offset = before !== null && atArrival !== null ? difference(atArrival, look(before, state.probe)) : null;
   return {
     ...state, patch, before, offset, k_h_before: fade.now.gains.k_h, fade, coming: rest,
@@ -111,11 +111,11 @@ export function isSilent(state: LoopState, now: number, settings: LoopSettings):
 }
 
 /** The surface in use at a probe, in transition from the previous patch to the newest. */
-export function shown(state: LoopState, probe: Vec3, share: number): Sight | null {
+export function shown(state: LoopState, probe: Vec3, fraction: number): Sight | null {
   if (state.patch === null) return null;
   const sight = look(state.patch, probe);
-  if (share >= 1 || state.before === null) return sight;
-  return blend(shift(look(state.before, probe), state.offset), sight, share);
+  if (fraction >= 1 || state.before === null) return sight;
+  return blend(shift(look(state.before, probe), state.offset), sight, fraction);
 }
 
 /** Progress of the move to the newest shown patch, 0 to 1. */

@@ -15,7 +15,7 @@ import { EXTERNAL_RATE } from "./safety";
 const FADE_TIME = 0.3; // s
 const SHARE_RATE = 10; // 1/s; 1 % of the force per millisecond
 export const LAW_FADE_RATE = 0.5 * EXTERNAL_RATE; // N/s; the rest of `EXTERNAL_RATE` is for the surface
-const LEAST = 0.05; // N; a smaller force counts as this, because steps of a share of it would never end
+const LEAST = 0.05; // N; a smaller force counts as this, because steps of a fraction of it would never end
 
 /** One law with its memory. */
 export interface Running {
@@ -32,7 +32,7 @@ export interface LawFade {
   /** Law that `now` replaces; null when the change is over. */
   readonly before: Running | null;
   /** Share of `now` in the force, 0 to 1. */
-  readonly share: number;
+  readonly fraction: number;
 }
 
 /** Largest K_h by which the force may follow a motion: that of both laws during a change [N/m]. */
@@ -42,7 +42,7 @@ export function stiffest(fade: LawFade): number {
 
 /** A fade that is over, with one law. */
 export function settled(law: LawName, gains: Gains): LawFade {
-  return { now: { law, gains, memory: AT_REST }, before: null, share: 1 };
+  return { now: { law, gains, memory: AT_REST }, before: null, fraction: 1 };
 }
 
 /**
@@ -62,9 +62,9 @@ export function switchLaw(fade: LawFade, law: LawName, gains: Gains, force: numb
       const depth = pressedDepth(law, sight);
       memory = { force: Math.max(0, force - gains.k_h * depth), ramp: 0, depth };
     }
-    return { now: { law, gains, memory }, before: fade.now, share: 0 };
+    return { now: { law, gains, memory }, before: fade.now, fraction: 0 };
   }
-  if (law === fade.before.law) return { now: fade.before, before: fade.now, share: 1 - fade.share };
+  if (law === fade.before.law) return { now: fade.before, before: fade.now, fraction: 1 - fade.fraction };
   return fade;
 }
 
@@ -73,7 +73,7 @@ export function withGains(fade: LawFade, gains: Gains): LawFade {
   return { ...fade, now: { ...fade.now, gains } };
 }
 
-/** One period of the law in use, and of the one that it replaces; `moved_in` and `most` as in `localForce`, `fade_most` the largest change of the force by the transition [N]. */
+/** One period of the law in use, and of the one that it replaces; `moved_in` and `most` as in `localForce`, `fade_limit` the largest change of the force by the transition [N]. */
 export function run(
   fade: LawFade,
   sight: Sight,
@@ -81,23 +81,23 @@ export function run(
   settings: LawSettings,
   moved_in: number,
   most: number,
-  fade_most = Infinity,
+  fade_limit = Infinity,
 ): [fade: LawFade, force: LocalForce] {
   const advance = ({ law, memory, gains }: Running): [IntegralState, LocalForce] =>
     localForce(law, memory, sight, gains, dt, settings, moved_in, most);
   const [memory, force] = advance(fade.now);
   const now = { ...fade.now, memory };
   const old = fade.before;
-  if (old === null) return [{ now, before: null, share: 1 }, force];
+  if (old === null) return [{ now, before: null, fraction: 1 }, force];
   const [oldMemory, oldForce] = advance(old);
   const gap = Math.abs(force.normal_force - oldForce.normal_force);
-  const present = mix(oldForce, force, fade.share).normal_force;
+  const present = mix(oldForce, force, fade.fraction).normal_force;
   let step = dt / FADE_TIME;
   const rate = Math.min(LAW_FADE_RATE, SHARE_RATE * Math.max(present, LEAST));
-  if (gap > 0) step = Math.min(step, Math.min(rate * dt, fade_most) / gap);
-  const share = Math.min(1, fade.share + step);
-  if (share >= 1) return [{ now, before: null, share: 1 }, force];
-  return [{ now, before: { ...old, memory: oldMemory }, share }, mix(oldForce, force, share)];
+  if (gap > 0) step = Math.min(step, Math.min(rate * dt, fade_limit) / gap);
+  const fraction = Math.min(1, fade.fraction + step);
+  if (fraction >= 1) return [{ now, before: null, fraction: 1 }, force];
+  return [{ now, before: { ...old, memory: oldMemory }, fraction }, mix(oldForce, force, fraction)];
 }
 
 function mix(a: LocalForce, b: LocalForce, s: number): LocalForce {

@@ -23,7 +23,7 @@ export interface Passivity {
   readonly owed: number;
   /** Damping in use [N s/m]. */
   readonly damping: number;
-  /** Energy in the local spring, for the share of its force that the hand gets [J]. */
+  /** Energy in the local spring, for the fraction of its force that the hand gets [J]. */
   readonly stored: number;
 }
 
@@ -45,7 +45,7 @@ export function observe(owed: number, work: number, stored: number, from_body: n
 /**
  * Energy in a spring of whose force the hand gets only a part [J].
  *
- * A spring that is faded to `scale` stores that share. A force cut to a limit goes on storing energy: the area under the
+ * A spring that is faded to `scale` stores that fraction. A force cut to a limit goes on storing energy: the area under the
  * cut force, f d - f^2 / (2 K).
  *
  * @param stored Energy in the law's spring [J].

@@ -29,7 +29,7 @@ export class Period {
   /** Whether the server counts as silent. */
   silent = true;
   /** Completed fraction of the move to the newest patch, 0 to 1. */
-  share = 0;
+  fraction = 0;
   /** Sample of the shown surface at the probe; null before the first patch. */
   sight: Sight | null = null;
 
@@ -40,10 +40,10 @@ export class Period {
   /** Largest gain of the laws in use [N/m]. */
   k_h = 0;
   /** Largest changes of the force by a fade of the safety layer, and by the change from one law to the next [N]. */
-  fade_most: number;
-  law_fade_most = 0;
+  fade_limit: number;
+  law_fade_limit = 0;
   /** Largest change of the damping of a slow hand [N s/m]. */
-  damping_most = Infinity;
+  damping_limit = Infinity;
   /** Compliance of the contact [m/N]; null without friction. */
   compliance: Compliance3 | null = null;
   /** Part of the budget that friction has [N]. */
@@ -57,7 +57,7 @@ export class Period {
   /** Depth of the probe below the surface, as far as the budget lets the surface move it [m]. */
   depth = -Infinity;
   /** Largest change of the law's force that the hand's own motion does not cause [N]. */
-  most = 0;
+  max_change = 0;
 
   /** Depth on which the law presses [m]. */
   law_depth = 0;
@@ -97,7 +97,7 @@ export class Period {
     this.dt = safety.now === null ? 0 : Math.max(0, now - safety.now);
     this.counted = Math.min(this.dt, 2 * settings.limits.period);
     this.budget = new Budget(EXTERNAL_RATE * this.counted);
-    this.fade_most = FADE_RATE * this.counted;
+    this.fade_limit = FADE_RATE * this.counted;
     this.safety = safety;
   }
 

@@ -100,12 +100,12 @@ export const NOT_ENGAGED: SafetyState = {
  * @param size Magnitude of the whole force [N]; a fade changes it no faster than `FADE_RATE`.
  * @param time Time of a whole fade [s].
  * @param step Time that counts of this period [s].
- * @param fade_most Largest change of the force, beside that rate [N].
+ * @param fade_limit Largest change of the force, beside that rate [N].
  */
-export function nextShare(share: number, up: boolean, size: number, time: number, step: number, fade_most = Infinity): number {
+export function nextFraction(fraction: number, up: boolean, size: number, time: number, step: number, fade_limit = Infinity): number {
   let most = step / time;
-  if (size > 0) most = Math.min(most, Math.min(FADE_RATE * step, fade_most) / size);
-  return up ? Math.min(1, share + most) : Math.max(0, share - most);
+  if (size > 0) most = Math.min(most, Math.min(FADE_RATE * step, fade_limit) / size);
+  return up ? Math.min(1, fraction + most) : Math.max(0, fraction - most);
 }
 
 /** The requested force, or as much of it as a hand may get [N]. */

@@ -2,7 +2,7 @@
  * Slew limits of the changes of force that the hand's own motion does not cause.
  *
  * `client/cohaptic_client/loop/slew.py` in TypeScript: all these changes together stay within `EXTERNAL_RATE`; depth,
- * direction, gain and compliance of a contact each have a share of it.
+ * direction, gain and compliance of a contact each have a fraction of it.
  */
 
 import { leastEigenvalue, tangents } from "../../control/friction";
@@ -11,7 +11,7 @@ import { add, dot, norm, scale, sub, unit, type Vec3 } from "../../model/vec";
 import { EXTERNAL_RATE } from "./safety";
 import type { LoopState } from "./state";
 
-// A gain changes by at most 1 % per millisecond, and changes the force by at most its share of `EXTERNAL_RATE`.
+// A gain changes by at most 1 % per millisecond, and changes the force by at most its fraction of `EXTERNAL_RATE`.
 const GAIN_RATE = 10; // 1/s
 export const SOFT = 1; // N/m; a softer contact has no force that could jump, and a gain of 0 would stay 0
 

@@ -22,7 +22,7 @@ export function moveGain(period: Period): void {
   period.k_wanted = k_h;
   if (patch.law === fade.now.law) {
     const { k_h: newest, integral_gain } = gainsUnder(patch, sight, settings);
-    period.k_wanted = k_h_before + period.share * (newest - k_h_before);
+    period.k_wanted = k_h_before + period.fraction * (newest - k_h_before);
     let after = slewGain(k_h, period.k_wanted, period.counted, normal_force);
     const change = Math.abs(after - k_h) * Math.max(0, state.depth);
     const granted = period.budget.take(change);
@@ -36,14 +36,14 @@ export function moveGain(period: Period): void {
 export function reserve(period: Period): void {
   const { fade, budget, counted, silent, state } = period;
   if (fade === null) return;
-  if (silent || state.safety.scale < 1) period.fade_most = budget.take(period.fade_most);
-  if (fade.before !== null) period.law_fade_most = budget.take(LAW_FADE_RATE * counted);
+  if (silent || state.safety.scale < 1) period.fade_limit = budget.take(period.fade_limit);
+  if (fade.before !== null) period.law_fade_limit = budget.take(LAW_FADE_RATE * counted);
   const speed = norm(period.sample.velocity);
   const { owed, damping } = state.passivity;
   if (speed > 0 && speed <= SLOW && (owed > 0 || damping > 0)) {
     const whole = (speed * period.settings.max_damping * counted) / RAMP;
     const granted = budget.take(whole);
-    if (granted < whole) period.damping_most = granted / speed;
+    if (granted < whole) period.damping_limit = granted / speed;
   }
 }
 
@@ -84,6 +84,6 @@ export function moveDepth(period: Period): void {
   const { sight, state, budget, k_h, moved_in } = period;
   if (sight === null) return;
   // A force that the hand does not get may change at once.
-  period.most = state.sight !== null && state.safety.scale > 0 ? budget.left : Infinity;
-  period.depth = holdBack(state.depth + moved_in, sight.depth, period.most / Math.max(k_h, SOFT));
+  period.max_change = state.sight !== null && state.safety.scale > 0 ? budget.left : Infinity;
+  period.depth = holdBack(state.depth + moved_in, sight.depth, period.max_change / Math.max(k_h, SOFT));
 }

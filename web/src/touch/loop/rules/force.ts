@@ -13,7 +13,7 @@ export function runLaw(period: Period): void {
   const aside = C === null ? 0 : believedShift(normal, C, period.k_h) * normalShift(period.state.friction, normal, C);
   period.law_depth = period.depth - aside;
   const surface = { ...sight, depth: period.law_depth };
-  [period.fade, period.local] = run(fade, surface, period.counted, period.settings.law, period.moved_in, period.most, period.law_fade_most);
+  [period.fade, period.local] = run(fade, surface, period.counted, period.settings.law, period.moved_in, period.max_change, period.law_fade_limit);
   period.damped_force = period.local.normal_force;
   period.asked = period.law_force = scale(normal, period.local.normal_force);
 }
@@ -24,7 +24,7 @@ export function damp(period: Period): void {
   if (state.sight === null || max_damping <= 0) return;
   const speed_in = -dot(normal, period.sample.velocity);
   const force = period.local.normal_force;
-  [period.damping, period.damped_force] = dissipate(state.passivity, force, speed_in, period.counted, max_damping, period.damping_most);
+  [period.damping, period.damped_force] = dissipate(state.passivity, force, speed_in, period.counted, max_damping, period.damping_limit);
   period.asked = scale(normal, period.damped_force);
 }
 
@@ -45,9 +45,9 @@ export function addFriction(period: Period): void {
     normal_force: period.local.normal_force,
     C,
     mu: settings.friction,
-    share: Math.min(1, fade.now.gains.k_h * sight.c_ii),
+    fraction: Math.min(1, fade.now.gains.k_h * sight.c_ii),
     max_stiffness: settings.max_stiffness,
-    most: period.for_friction,
+    max_change: period.for_friction,
   });
   period.asked = add(period.asked, period.friction.force);
   period.law_force = add(period.law_force, period.friction.force);

@@ -19,7 +19,7 @@ export function keepAccount(period: Period): void {
   const { state, sight, fade, compliance: C, safety, friction } = period;
   if (period.settings.max_damping <= 0 || state.sight === null || sight === null || fade === null) return;
   let { stored } = period.local;
-  if (C !== null) stored += storedAlong(friction.force, period.law_force, C, friction.share);
+  if (C !== null) stored += storedAlong(friction.force, period.law_force, C, friction.fraction);
   stored = givenShare(stored, period.given_ratio, safety.scale);
   const work = 0.5 * dot(add(state.safety.force, safety.force), period.moved);
   const before = state.passivity;
@@ -29,10 +29,10 @@ export function keepAccount(period: Period): void {
 }
 
 /** Energy in the contact's 3x3 spring beyond that of the normal force, for a force with a part `along` the surface [J]. */
-function storedAlong(along: Vec3, force: Vec3, C: Compliance3, share: number): number {
+function storedAlong(along: Vec3, force: Vec3, C: Compliance3, fraction: number): number {
   // f C f / 2 for the whole force, less that for the normal force alone.
   const normal = sub(force, along);
-  return (0.5 * dot(along, times(C, add(force, normal)))) / Math.max(share, 1e-9);
+  return (0.5 * dot(along, times(C, add(force, normal)))) / Math.max(fraction, 1e-9);
 }
 
 /** Energy from the body in a period: this client's force on it times the displacement of the surface [J]. */
@@ -44,9 +44,9 @@ function fromBody(before: Sight, now: Sight, fade: LawFade, moved_in: number, st
   const wayFor = (law: LawName): number => pressedDepth(law, now) - pressedDepth(law, before) - moved_in;
   let towards_hand = wayFor(fade.now.law);
   if (fade.before !== null) {
-    // During a change of law each of the two laws has its share of the force.
+    // During a change of law each of the two laws has its fraction of the force.
     const other = wayFor(fade.before.law);
-    towards_hand = other + fade.share * (towards_hand - other);
+    towards_hand = other + fade.fraction * (towards_hand - other);
   }
   if (!sticks) return own * towards_hand;
   const way = sub(now.u_others, before.u_others);
@@ -54,7 +54,7 @@ function fromBody(before: Sight, now: Sight, fade: LawFade, moved_in: number, st
 }
 
 /**
- * Give the body the force of law and friction in the share that the hand was given, and never more than the law's.
+ * Give the body the force of law and friction in the fraction that the hand was given, and never more than the law's.
  *
  * Damping may cancel nearly all of the law's force, or double it, and does not act on the body; while the hand's force
  * still falls to the law's force, the body gets the law's force.
@@ -62,6 +62,6 @@ function fromBody(before: Sight, now: Sight, fade: LawFade, moved_in: number, st
 export function giveToBody(period: Period): void {
   const { law_force, settings: { limits: { max_force } } } = period;
   const size = norm(law_force);
-  const share = Math.min(1, period.given_ratio);
-  period.on_body = Number.isFinite(size) ? scale(law_force, size * share > max_force ? max_force / size : share) : ZERO;
+  const fraction = Math.min(1, period.given_ratio);
+  period.on_body = Number.isFinite(size) ? scale(law_force, size * fraction > max_force ? max_force / size : fraction) : ZERO;
 }

@@ -7,7 +7,7 @@
 
 import { norm, scale, ZERO } from "../../../model/vec";
 import type { Period } from "../period";
-import { clamped, faultOf, nextShare, release, towards } from "../safety";
+import { clamped, faultOf, nextFraction, release, towards } from "../safety";
 
 /** Take the force away on a smooth ramp where something is wrong. */
 export function findFault(period: Period): void {
@@ -35,9 +35,9 @@ export function fadeForce(period: Period): void {
   const engaged = safety.engaged || (quiet >= limits.engage_periods && !silent);
   const up = engaged && !silent;
   const time = up ? limits.engage_time : limits.fade_time;
-  const share = nextShare(safety.scale, up, Math.min(size, limits.max_force), time, period.counted, period.fade_most);
-  period.force = scale(period.force, share);
-  period.safety = { ...safety, engaged, quiet, scale: share, fault: engaged ? "" : safety.fault, released: ZERO, left: 0 };
+  const fraction = nextFraction(safety.scale, up, Math.min(size, limits.max_force), time, period.counted, period.fade_limit);
+  period.force = scale(period.force, fraction);
+  period.safety = { ...safety, engaged, quiet, scale: fraction, fault: engaged ? "" : safety.fault, released: ZERO, left: 0 };
 }
 
 /** Limit the change of the force: a force that vanishes jolts the hand, too. */
@@ -48,7 +48,7 @@ export function limitRate(period: Period): void {
   given(period);
 }
 
-/** Fill in what the hand is given, and the share of what was asked for. */
+/** Fill in what the hand is given, and the fraction of what was asked for. */
 function given(period: Period): void {
   const size = norm(period.asked);
   period.force = period.safety.force;

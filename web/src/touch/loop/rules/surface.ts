@@ -9,8 +9,8 @@ export function showSurface(period: Period): void {
   const { now, sample, settings } = period;
   period.silent = isSilent(period.state, now, settings);
   const state = (period.state = play(period.state, now, settings));
-  period.share = progress(state, now);
-  period.sight = shown(state, sample.position, period.share);
+  period.fraction = progress(state, now);
+  period.sight = shown(state, sample.position, period.fraction);
   period.fade = state.fade;
   period.moved = sub(sample.position, state.probe);
 }
