@@ -123,8 +123,8 @@ def play(rooms: int, users: int, seconds: float, rounds: int) -> list[json_repor
         cores = os.sched_getaffinity(0)
         everybody, others = Process(crowd, cores), Process(crowd, cores)
         try:
-            told: tuple[str, int] = server.pipe.recv()
-            url, pid = told
+            reported: tuple[str, int] = server.pipe.recv()
+            url, pid = reported
             urls = [f"{url}/r/r{i}" for i in range(rooms)]
             everybody.pipe.send((urls, [users] * rooms))
             others.pipe.send(([f"{url}/r/slow", f"{url}/r/stopped"], [1, 1]))

@@ -67,7 +67,7 @@ async def pings(urls: Sequence[str], seconds: float) -> list[list[float]]:
     return found
 
 
-def told(when: str, found: Sequence[list[float]], owner: int) -> dict[str, object]:
+def report(when: str, found: Sequence[list[float]], owner: int) -> dict[str, object]:
     """Round trips through the room's machine and through the others."""
     others = [time for k, times in enumerate(found) if k != owner for time in times]
     return {
@@ -143,8 +143,8 @@ async def measure(cluster: Cluster, seconds: float, *, failing: bool) -> dict[st
         await asyncio.gather(*living, return_exceptions=True)
         befallen = await befall(cluster) if failing else {}
     return befallen | {
-        **told("before hands come", calm, owner),
-        **told("while they press", busy, owner),
+        **report("before hands come", calm, owner),
+        **report("while they press", busy, owner),
         **{f"unevenness of patches, {what} [ms]": quantiles(t) for what, t in late.items()},
         "processors of each machine": [round(one, 3) for one in cores],
         "memory of each machine [MB]": [round(one) for one in memory],

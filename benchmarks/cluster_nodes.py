@@ -42,9 +42,9 @@ def tick(room: str) -> None:
         due += 1.0 / HZ
         time.sleep(max(0.0, due - time.monotonic()))
         late = time.monotonic() - due
-        told = {"room": room, "pid": os.getpid(), "late": late}
+        reported = {"room": room, "pid": os.getpid(), "late": late}
         with contextlib.suppress(OSError):
-            out.sendto(json.dumps(told).encode(), (HUB, HEARD_AT))
+            out.sendto(json.dumps(reported).encode(), (HUB, HEARD_AT))
         if late > _PAUSED:
             due = time.monotonic()
 
@@ -81,9 +81,9 @@ class Heard:
     def _listen(self, inbox: socket.socket) -> None:
         while True:
             data, (sender, _) = inbox.recvfrom(1024)
-            told = json.loads(data)
-            one = Tick(time.monotonic(), sender, told["pid"], told["late"])
-            self.rooms.setdefault(told["room"], []).append(one)
+            reported = json.loads(data)
+            one = Tick(time.monotonic(), sender, reported["pid"], reported["late"])
+            self.rooms.setdefault(reported["room"], []).append(one)
 
     def at(self, node: int) -> list[str]:
         """Return the rooms that were last heard from a node."""

@@ -108,7 +108,7 @@ async def be_server(*, ordinary: bool) -> None:
         while desk.busy:
             await asyncio.sleep(0.01)
         meters, now = server.meters, children_used()
-        told = {
+        reported = {
             "ticks": meters.ticks,
             "missed": meters.missed,
             "worst_late": meters.late.quantile(1.0),
@@ -116,9 +116,9 @@ async def be_server(*, ordinary: bool) -> None:
             "worker_used": now - used,
             "worker_peak": peak[0],
             "server_peak": memory(os.getpid()),
-            "waits": waits.told,
+            "waits": waits.reported,
         }
-        print(json.dumps(told), flush=True)
+        print(json.dumps(reported), flush=True)
         waits.clear()
         server.meters, used, peak[0] = TickMeters(), now, 0
     watching.cancel()

@@ -114,7 +114,7 @@ def _raise_files(many: int) -> None:
     resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
 
 
-def _told(ticks: list[float]) -> tuple[float, int]:
+def _report(ticks: list[float]) -> tuple[float, int]:
     """Lateness at the 99th percentile [s], and ticks that were left out."""
     late = lateness(ticks)
     return float(np.quantile(late, 0.99)), int((late >= PERIOD).sum())
@@ -142,7 +142,7 @@ def measure(many: int, addresses: int, seconds: float, limits: str) -> json_repo
             victim.ask()
             kernel, memory = kernel_memory(), resident(server.pid)
             time.sleep(seconds)
-            before = _told(victim.ask())
+            before = _report(victim.ask())
             begins = time.monotonic() + _OPENING
             hostile = Process(attack, int(url.rpartition(":")[2]), many, addresses)
             largest = 0
@@ -158,7 +158,7 @@ def measure(many: int, addresses: int, seconds: float, limits: str) -> json_repo
                 kernel_limit = max(kernel_limit, kernel_memory())
                 memory_limit = max(memory_limit, resident(server.pid))
                 time.sleep(0.1)
-            meanwhile = _told(victim.ask())
+            meanwhile = _report(victim.ask())
             _, begun, lost = hostile.ask()
         finally:
             for process in (hostile, victim):

@@ -267,14 +267,14 @@ def main() -> None:
     parser.add_argument("--limit-seconds", type=float, default=660.0)
     options = parser.parse_args()
     ladder = Ladder(options)
-    told: list[json_report.Result] = []
+    reported: list[json_report.Result] = []
     print("| server | rooms | users | late p50 | p99 | most | arrived | rooms' cores | front's"
           " | users' | server per patch | holds |\n|" + "---|" * 12, flush=True)  # fmt: skip
     with tempfile.TemporaryDirectory() as name:
         for part, find in (("core", core), ("machine", machine)):
             if part in options.parts:
                 try:
-                    told.append(find(Path(name), ladder, options))
+                    reported.append(find(Path(name), ladder, options))
                 except DemoFailed as failed:
                     progress.say(f"{failed}; {part} is not measured")
     if "neighbours" in options.parts:
@@ -282,11 +282,11 @@ def main() -> None:
             progress.say("left out: neighbours")
         else:
             rows = play(4, 4, options.seconds, options.rounds)
-            told += rows
+            reported += rows
             alone, beside = (1e3 * float(str(row["late_p99_s"])) for row in rows)
             print(f"\nbeside a slow and a stopped room: p99 {beside:.2f} ms, and {alone:.2f} ms"
                   " while both behave")  # fmt: skip
-    json_report.write(options, [*ladder.results, *told])
+    json_report.write(options, [*ladder.results, *reported])
 
 
 if __name__ == "__main__":

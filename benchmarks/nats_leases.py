@@ -107,7 +107,7 @@ async def measure(nodes: Network) -> dict[str, Any]:
     begin = time.monotonic()
     servers = serve(nodes, Path(tempfile.mkdtemp(prefix="nats")))
     stream, leases = await bucket(nats)
-    told: dict[str, Any] = {"until there is a bucket [s]": round(time.monotonic() - begin, 1)}
+    reported: dict[str, Any] = {"until there is a bucket [s]": round(time.monotonic() - begin, 1)}
     revision, renewed, looked = await leases.put("one", b"me"), list[float](), list[float]()
     for _ in range(_CALLS):
         begin = time.perf_counter()
@@ -116,12 +116,12 @@ async def measure(nodes: Network) -> dict[str, Any]:
         begin = time.perf_counter()
         await leases.get("one")
         looked.append(time.perf_counter() - begin)
-    told |= {"renewal [ms]": quantiles(renewed), "look-up [ms]": quantiles(looked)}
+    reported |= {"renewal [ms]": quantiles(renewed), "look-up [ms]": quantiles(looked)}
     rooms, waits = [f"room{k}" for k in range(ROOMS)], list[float]()
     used = asyncio.create_task(asyncio.to_thread(nodes.in_use, _WATCHED))
     await asyncio.gather(*(keep(leases, room, _WATCHED, waits) for room in rooms))
-    told["processors of each node"] = await used
-    told["memory of each node [MB]"] = [nodes.memory(node) for node in NODES]
+    reported["processors of each node"] = await used
+    reported["memory of each node [MB]"] = [nodes.memory(node) for node in NODES]
     revision = await leases.put("dead", b"me")
     begin = time.monotonic()
     while True:
@@ -130,29 +130,29 @@ async def measure(nodes: Network) -> dict[str, Any]:
             break
         except wrong:
             await asyncio.sleep(0.05)
-    told["holder dead: its lease is free after [s]"] = round(time.monotonic() - begin, 2)
+    reported["holder dead: its lease is free after [s]"] = round(time.monotonic() - begin, 2)
     try:
         await leases.update("dead", b"me", last=revision)
-        told["its late renewal"] = "taken"
+        reported["its late renewal"] = "taken"
     except wrong:
-        told["its late renewal"] = "refused"
+        reported["its late renewal"] = "refused"
     leader = int((await stream.stream_info("KV_rooms")).cluster.leader[1:])
     waits.clear()
     renewing = asyncio.gather(*(keep(leases, room, _ELECTION, waits) for room in rooms))
     await asyncio.sleep(3.0)
     servers[leader].kill()
     await renewing
-    told["leader killed: longest wait for a renewal [s]"] = round(max(waits), 2)
-    return told
+    reported["leader killed: longest wait for a renewal [s]"] = round(max(waits), 2)
+    return reported
 
 
 def main() -> None:
     """Entry point."""
     a = json_report.parser(__doc__).parse_args()
     with network() as nodes:
-        told = asyncio.run(measure(nodes))
-        print(json.dumps(told, indent=1))
-        found = [{"measured": name, "found": json.dumps(value)} for name, value in told.items()]
+        reported = asyncio.run(measure(nodes))
+        print(json.dumps(reported, indent=1))
+        found = [{"measured": name, "found": json.dumps(value)} for name, value in reported.items()]
         json_report.write(a, found)
 
 

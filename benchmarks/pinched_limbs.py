@@ -96,8 +96,8 @@ def main() -> None:
     results: list[json_report.Result] = []
     for m, (kappa, momentum) in product(COUPLINGS, STEPS):
         ways = {name: worst(m, answers, kappa, momentum) for name, answers in hands.items()}
-        told = ("swings" if n == np.inf else f"{n:.0f}" for n in ways.values())
-        print(f"{m:6g} {kappa:6g} {momentum:8g}", *(f"{each:>14}" for each in told), flush=True)
+        reported = ("swings" if n == np.inf else f"{n:.0f}" for n in ways.values())
+        print(f"{m:6g} {kappa:6g} {momentum:8g}", *(f"{each:>14}" for each in reported), flush=True)
         results.append({"m": m, "kappa": kappa, "momentum": momentum, **ways})
     json_report.write(options, results)
 

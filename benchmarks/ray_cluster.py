@@ -141,13 +141,13 @@ def lateness(cluster: Cluster, nodes: Network, heard: Heard) -> dict[str, Any]:
 
 def lose_rooms(cluster: Cluster, nodes: Network, heard: Heard) -> dict[str, Any]:
     """Kill a room; kill, cut off and pause a node."""
-    told = dict[str, Any]()
+    reported = dict[str, Any]()
     room, when = heard.at(2)[0], time.monotonic()
     os.kill(heard.rooms[room][-1].pid, signal.SIGKILL)
-    told["room killed: silent [s]"] = heard.silences([room], when)
+    reported["room killed: silent [s]"] = heard.silences([room], when)
     rooms = heard.at(3)
     when = nodes.signal(3, signal.SIGKILL)
-    told["node killed: silent [s]"] = heard.silences(rooms, when, 3)
+    reported["node killed: silent [s]"] = heard.silences(rooms, when, 3)
     for what in ("cut off", "paused"):
         time.sleep(5.0)
         cluster.start(3)
@@ -158,13 +158,15 @@ def lose_rooms(cluster: Cluster, nodes: Network, heard: Heard) -> dict[str, Any]
         rooms = heard.at(3)
         cut = what == "cut off"
         when = nodes.cable(3, "down") if cut else nodes.signal(3, signal.SIGSTOP)
-        told[f"node {what}: silent [s]"] = heard.silences(rooms, when, 3)
+        reported[f"node {what}: silent [s]"] = heard.silences(rooms, when, 3)
         time.sleep(max(0.0, when + _LOST - time.monotonic()))
         back = nodes.cable(3, "up") if cut else nodes.signal(3, signal.SIGCONT)
         time.sleep(20.0)
-        told[f"node {what}: two owners in the 20 s after [s]"] = heard.overlaps(rooms, when, back)
+        reported[f"node {what}: two owners in the 20 s after [s]"] = heard.overlaps(
+            rooms, when, back
+        )
         nodes.signal(3, signal.SIGKILL)
-    return told
+    return reported
 
 
 def lose_head(cluster: Cluster, nodes: Network, heard: Heard) -> dict[str, Any]:
@@ -206,9 +208,11 @@ def main() -> None:
         try:
             parts = (start, lose_head) if a.head else (start, lateness, lose_rooms, lose_head)
             for part in parts:
-                told = part(cluster, nodes, heard)
-                print(json.dumps(told, indent=1), flush=True)
-                results += [{"measured": name, "found": json.dumps(v)} for name, v in told.items()]
+                reported = part(cluster, nodes, heard)
+                print(json.dumps(reported, indent=1), flush=True)
+                results += [
+                    {"measured": name, "found": json.dumps(v)} for name, v in reported.items()
+                ]
         finally:
             if store is not None:
                 store.kill()

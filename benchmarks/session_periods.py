@@ -34,7 +34,7 @@ from tests.browser.chromium import open_browser
 HZ = 1000.0
 LARGEST = 0.001  # share of the periods
 HANDS = {"left": "180", "right": "0"}  # degrees round the balloon
-_TOLD = 10.0  # s between two lines
+_REPORTED = 10.0  # s between two lines
 
 
 def attack(url: str, hostile: int, counted: multiprocessing.Queue[int]) -> None:
@@ -87,7 +87,7 @@ def play(seconds: float, hostile: int, folder: Path) -> tuple[float, json_report
         harm.start()
         before, begin = statuses(hands), time.monotonic()
         while (passed := time.monotonic() - begin) < seconds:
-            page.wait_for_timeout(1e3 * min(_TOLD, seconds - passed))
+            page.wait_for_timeout(1e3 * min(_REPORTED, seconds - passed))
             while not counted.empty():
                 attacks = counted.get()
             now = statuses(hands)

@@ -28,7 +28,7 @@ class Waits:
 
     def clear(self) -> None:
         """Begin anew."""
-        self.told: list[dict[str, float]] = []
+        self.reported: list[dict[str, float]] = []
 
     def look(self) -> None:
         """Before each tick: note where the time went, if one was missed since the last look."""
@@ -37,7 +37,7 @@ class Waits:
         if missed > self._missed:
             # It began late or took long: it is in the time between the last look and that before.
             since = {key: round(1e3 * (now[key] - before[key]), 1) for key in now}
-            self.told.append({"missed": missed - self._missed} | since)
+            self.reported.append({"missed": missed - self._missed} | since)
         self._looks, self._missed = [last, now], missed
 
     def _now(self) -> dict[str, float]:

@@ -220,10 +220,10 @@ def _key(unit: Unit, recipe: int) -> str:
 def _read(root: Path) -> dict[str, Entry]:
     """What was finished, by the keys of units whose files are all there."""
     try:
-        told = json.loads((folder(root) / MANIFEST).read_text(encoding="utf-8"))
+        reported = json.loads((folder(root) / MANIFEST).read_text(encoding="utf-8"))
         return {
             entry["key"]: entry
-            for group in told["groups"].values()
+            for group in reported["groups"].values()
             for entry in group
             if entry["key"]
             and all(

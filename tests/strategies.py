@@ -68,8 +68,8 @@ hand_models = st.builds(
 _tellings = st.tuples(st.floats(-10.0, 10.0, width=32), st.none() | hand_models)
 
 
-def _sample(told: tuple[float | None, HandModel | None], **fields: Any) -> ContactSample:
-    return ContactSample(**fields, deflection=told[0], own_model=told[1])
+def _sample(reported: tuple[float | None, HandModel | None], **fields: Any) -> ContactSample:
+    return ContactSample(**fields, deflection=reported[0], own_model=reported[1])
 
 
 contact_samples = st.builds(

@@ -59,13 +59,13 @@ def test_it_touches_a_server_and_has_nothing_of_one(scripts: Path) -> None:
             assert said, "the server has ended"
         url = next(word for word in said.split() if word.startswith("ws://"))
         try:
-            told = run(scripts / "cohaptic", "touch", url, "--duration", "2")
+            reported = run(scripts / "cohaptic", "touch", url, "--duration", "2")
         finally:
             server.terminate()
-    assert "touched for" in told
+    assert "touched for" in reported
 
 
 def test_a_command_of_the_server_says_what_to_install(scripts: Path) -> None:
-    told = run(scripts / "cohaptic", "serve", status=2)
-    assert told.startswith("cohaptic: the command is serve; it must be one of cohaptic-client")
-    assert "pip uninstall cohaptic-client, then pip install cohaptic" in told
+    reported = run(scripts / "cohaptic", "serve", status=2)
+    assert reported.startswith("cohaptic: the command is serve; it must be one of cohaptic-client")
+    assert "pip uninstall cohaptic-client, then pip install cohaptic" in reported

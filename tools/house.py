@@ -31,18 +31,18 @@ def main() -> None:
         _show_crossing("a file, from build to a body", paths.of_a_file(Path(folder)), listed)
     for name in ("simplify", "max_time"):
         files = places.of_an_option(name)
-        _show(f"files that name the option {name}", len(files), _told(files), listed)
+        _show(f"files that name the option {name}", len(files), _report(files), listed)
     laws, branches = places.of_a_law(), places.law_branches()
-    _show("files that name one of the laws", len(laws), _told(laws), listed)
-    _show("lines that ask which law it is", sum(branches.values()), _told(branches), listed)
+    _show("files that name one of the laws", len(laws), _report(laws), listed)
+    _show("lines that ask which law it is", sum(branches.values()), _report(branches), listed)
     asked = places.asked_for_bodies()
-    _show("files that ask for a concrete body", len(asked), _told(asked), listed)
+    _show("files that ask for a concrete body", len(asked), _report(asked), listed)
     modules = places.modules()
     long = {path: lines for path, lines in modules.items() if lines > 300}
     short = {path: lines for path, lines in modules.items() if lines < 80}
     _show("modules of the core", len(modules), (), listed)
-    _show("of these longer than 300 lines", len(long), _told(long), listed)
-    _show("of these shorter than 80 lines", len(short), _told(short), listed)
+    _show("of these longer than 300 lines", len(long), _report(long), listed)
+    _show("of these shorter than 80 lines", len(short), _report(short), listed)
     print(f"{sum(modules.values()):>7,}  lines of the core")
     print(f"{places.comment_share():>7.1%}  of these with a comment")
 
@@ -59,7 +59,7 @@ def _show(what: str, count: int, names: Iterable[str], listed: bool) -> None:
         print("".join(f"           {name}\n" for name in names), end="")
 
 
-def _told(files: dict[Path, int]) -> list[str]:
+def _report(files: dict[Path, int]) -> list[str]:
     return [f"{path.relative_to(places.ROOT)}: {count}" for path, count in files.items()]
 
 

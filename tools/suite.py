@@ -106,11 +106,11 @@ def summary(outcomes: Sequence[Outcome], *, a_part: bool = False) -> list[str]:
         outcomes: Outcomes of the phases that ran.
         a_part: Whether arguments chose tests, so that a phase may have none.
     """
-    told = [("FLAKY ", o.phase, o.flaky) for o in outcomes]
-    told += [("FAILED", o.phase, o.failed) for o in outcomes]
+    reported = [("FLAKY ", o.phase, o.flaky) for o in outcomes]
+    reported += [("FAILED", o.phase, o.failed) for o in outcomes]
     lines = [
         f"{word} {test}   ({phase}: {why})"
-        for word, phase, tests in told
+        for word, phase, tests in reported
         for test, why in sorted(tests.items())
     ]
     # A process that died, or an error of pytest's own, names no test.

@@ -194,7 +194,7 @@ class Client:
         self._faults = FaultNews()
         self._silences = FaultNews()
         # Late forces do not matter to a simulated hand: no news of the scheduling.
-        self._scheduling_told = settings.device.name == "simulated"
+        self._scheduling_reported = settings.device.name == "simulated"
         self._leaving = False  # whether this client ends, so that a lost connection is not reported
         self.hears: Callable[[], bool] = lambda: True
 
@@ -269,9 +269,9 @@ class Client:
         silence = silence_in_words(haptics.status)
         if self._silences.is_new(silence, now):
             self._tell(silence)
-        if not self._scheduling_told and (told := haptics.status.get("scheduling", "")):
-            self._scheduling_told = True
-            if refused := scheduling_in_words(str(told)):
+        if not self._scheduling_reported and (reported := haptics.status.get("scheduling", "")):
+            self._scheduling_reported = True
+            if refused := scheduling_in_words(str(reported)):
                 self._tell(refused)
 
     def acknowledge(self) -> None:
@@ -295,11 +295,11 @@ class Client:
         error: CohapticError
         # The error that ended the last session says more than a later "no server answers".
         lost: CohapticError | None = None
-        told = ""  # last error that the user was told, so that no attempt repeats it
+        sentence = ""  # last error that the user was told, so that no attempt repeats it
         while True:
             try:
                 reason = await self._converse()
-                told = ""
+                sentence = ""
                 until = self.clock.now() + patience
                 error = lost = ServerLost(self.settings.url, one_line(reason, _LONGEST_NEWS))
             except ServerUnreachable:
@@ -332,10 +332,10 @@ class Client:
                 return
             if self.clock.now() >= until:
                 raise lost or error
-            if str(error) != told:
-                told = str(error)
+            if str(error) != sentence:
+                sentence = str(error)
                 left = until - self.clock.now()
-                self._tell(f"{told}; trying again" + (f" for {left:.0f} s" * (left < math.inf)))
+                self._tell(f"{sentence}; trying again" + (f" for {left:.0f} s" * (left < math.inf)))
             await asyncio.sleep(RETRY)
 
     async def _converse(self) -> str:

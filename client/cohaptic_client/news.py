@@ -48,7 +48,7 @@ class FaultNews:
     """Decides which faults the user is told: each new one, but at most one per `FAULT_NEWS` [s]."""
 
     def __init__(self) -> None:
-        self._told = ""
+        self._report = ""
         self._next = -math.inf
 
     def is_new(self, fault: str, now: float) -> bool:
@@ -59,10 +59,10 @@ class FaultNews:
             now: Present time [s].
         """
         if not fault:
-            self._told = ""
-        if not fault or fault == self._told or now < self._next:
+            self._report = ""
+        if not fault or fault == self._report or now < self._next:
             return False
-        self._told, self._next = fault, now + FAULT_NEWS
+        self._report, self._next = fault, now + FAULT_NEWS
         return True
 
 

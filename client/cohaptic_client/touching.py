@@ -62,7 +62,7 @@ class EnterKey:
         """Stop listening; a thread that waits for a key goes on until the process ends."""
         self._stopped.set()
 
-    def _told(self) -> None:
+    def _report(self) -> None:
         if not self._stopped.is_set():
             self._call()
 
@@ -73,7 +73,7 @@ class EnterKey:
                 break
             if b"\n" in text:
                 try:
-                    self._loop.call_soon_threadsafe(self._told)
+                    self._loop.call_soon_threadsafe(self._report)
                 except RuntimeError:  # the loop has ended meanwhile
                     break
         self._listening = False
@@ -146,8 +146,8 @@ async def touching(settings: ClientSettings, record: Output | None, json_lines: 
         if lost is not None and hidden:
             tell(str(lost))
         if isinstance(lines, Aside) and lines.left_out:
-            told = f"{lines.left_out} lines of the state were left out: nobody read them"
-            console.print(f"{settings.name}: {told}", highlight=False, markup=False)
+            sentence = f"{lines.left_out} lines of the state were left out: nobody read them"
+            console.print(f"{settings.name}: {sentence}", highlight=False, markup=False)
         for stream in (lines, terminal):
             if isinstance(stream, Aside):
                 await asyncio.to_thread(stream.drain)
@@ -221,13 +221,13 @@ async def _show(
             await asyncio.sleep(_REFRESH)
     clock = client.clock
     if not console.is_terminal:
-        told = clock.now()
+        reported = clock.now()
         while True:
             await asyncio.sleep(_REFRESH)
             status = client.status()
             summary.read(status, clock.now())
-            if clock.now() - told >= EVERY and status.state != "connecting":
-                told = clock.now()
+            if clock.now() - reported >= EVERY and status.state != "connecting":
+                reported = clock.now()
                 console.print(status_line(status), highlight=False, markup=False, soft_wrap=True)
     # Imported here: it is a third of all imports, and not needed for output to a program.
     from rich.live import Live

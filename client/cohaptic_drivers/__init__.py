@@ -4,7 +4,7 @@ The drivers import `cohaptic_client.devices` and no other part of the client. Re
 `vendor/forcedimension.py`, the shortest, then `haply/inverse3.py`, whose transport waits.
 
 Terms:
-    told: Newest report that a board or service has sent; None if none has come.
+    reported: Newest report that a board or service has sent; None if none has come.
     send: Pass a force [N], or motor currents [A or mA], to the thread or the port that sends it.
     poll: Return the newest report since the last call, without waiting.
     silence: Time without a report from the hardware, or without a force from the loop [s].

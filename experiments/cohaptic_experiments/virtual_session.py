@@ -109,7 +109,7 @@ class VirtualUser:
         if (hand := self.own_hand) is not None:
             deflection = dot(self._gave.position, self.state.normal)
             own_model = HandModel(hand.mass, hand.damping, hand.stiffness)
-        told = ContactSample(
+        reported = ContactSample(
             self.seq,
             tick,
             now,
@@ -119,7 +119,7 @@ class VirtualUser:
             deflection,
             own_model,
         )
-        return output.force, told.encode()
+        return output.force, reported.encode()
 
     def _unexplained_change(self, before: LoopState, previous: Vec3, on_body: Vec3) -> float:
         """Change of the contact's force beyond the hand's own displacement times K [N].
@@ -134,10 +134,10 @@ class VirtualUser:
             largest = (1.0 + self.settings.friction) * max(self.state.k_h, self._max_stiffness())
             return norm(sub(on_body, previous)) - largest * norm(way)
         change = norm(on_body) - norm(previous)
-        explained = max(self.state.k_h, before.k_h) * -dot(self.state.normal, way)
+        expected = max(self.state.k_h, before.k_h) * -dot(self.state.normal, way)
         if self.state.replica is not None:
-            explained += self.state.k_h * self.state.replica.explained
-        return max(change - max(0.0, explained), min(0.0, explained) - change)
+            expected += self.state.k_h * self.state.replica.model_change
+        return max(change - max(0.0, expected), min(0.0, expected) - change)
 
     def _max_stiffness(self) -> float:
         return min(self.settings.max_stiffness, 1e6)

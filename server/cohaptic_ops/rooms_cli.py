@@ -168,8 +168,10 @@ def _check_access(path: Path, config: RoomsConfig) -> None:
     """
     if os.environ.get(_KEYS) and config.access.keys is None and not config.access.open:
         missing = f"access.keys is missing while the environment variable {_KEYS} is set, which is"
-        told = f"{missing} not for --config; write keys = FILE, or open = true to let in anybody"
-        raise ConfigError(path, [told])
+        sentence = (
+            f"{missing} not for --config; write keys = FILE, or open = true to let in anybody"
+        )
+        raise ConfigError(path, [sentence])
     try:
         protect(config.access, config.host)
     except SettingError as error:

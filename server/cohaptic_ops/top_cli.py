@@ -108,8 +108,8 @@ def read_status(address: str) -> Status:
         with opener.open(address, timeout=TIMEOUT) as answer:
             return Status.model_validate_json(answer.read(LARGEST))
     except (ValidationError, urllib.error.HTTPError) as error:
-        told = f" ({error.code})" if isinstance(error, urllib.error.HTTPError) else ""
-        why = f"not the admin port of a cohaptic server{told}; see cohaptic serve --admin"
+        sentence = f" ({error.code})" if isinstance(error, urllib.error.HTTPError) else ""
+        why = f"not the admin port of a cohaptic server{sentence}; see cohaptic serve --admin"
         raise ServerLost(place, why) from error
     except (OSError, http.client.HTTPException) as error:
         why = "no admin port answers; start one with: cohaptic serve --admin 9100"

@@ -100,8 +100,8 @@ class Beside(logging.StreamHandler[Any]):
             "levelno": logging.WARNING,
             "levelname": "WARNING",
         }
-        told = {"event": "lines_unread", "name": "cohaptic.server"}
-        return self.format(logging.makeLogRecord(values | told)) + self.terminator
+        reported = {"event": "lines_unread", "name": "cohaptic.server"}
+        return self.format(logging.makeLogRecord(values | reported)) + self.terminator
 
 
 def set_up_log(style: LogStyle, room: str | None = None) -> None:

@@ -68,7 +68,7 @@ class WorkerProcess:
     def __init__(self, limits: UploadLimits, name: str, rubber: Rubber | None = None) -> None:
         self._limits = limits
         self._folder = _new_folder(limits)
-        told = {
+        reported = {
             "folder": str(self._folder.path),
             "memory": limits.memory,
             "cpu": limits.examine + limits.prepare,
@@ -78,7 +78,7 @@ class WorkerProcess:
         }
         try:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "cohaptic_uploads.worker", json.dumps(told)],
+                [sys.executable, "-m", "cohaptic_uploads.worker", json.dumps(reported)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,

@@ -155,7 +155,7 @@ async def follow(
                     raise ChoiceRefused(str(fields["about"]), one_line(str(fields["why"]), 1600))
                 if fields.get("event") == "prepared":
                     return from_fields(dict(fields["source"]))
-                await ws.send(_told(fields))
+                await ws.send(_report(fields))
     except TimeoutError as error:
         words = f"{doing} takes longer than {patience:g} s, the limit of an upload"
         raise UploadFailed(words) from error
@@ -164,7 +164,7 @@ async def follow(
         raise UploadFailed(words) from error
 
 
-def _told(fields: dict[str, Any]) -> str:
+def _report(fields: dict[str, Any]) -> str:
     """Check a message of the worker as strictly as a stranger's; returns it for the visitor."""
     if fields.get("event") == "examined":
         return encode_control(Examined.model_validate_json(str(fields["message"])))
@@ -320,8 +320,8 @@ class UploadDesk:
         try:
             await self._open_object(source)
         except CohapticError as error:
-            told = str(error).replace(str(source.path), name)
-            raise UploadFailed(told.replace(str(cache_folder()), "the store")) from error
+            reported = str(error).replace(str(source.path), name)
+            raise UploadFailed(reported.replace(str(cache_folder()), "the store")) from error
 
         def command(path: str) -> str:
             more = ["--nonlinear"] if self._rubber is not None else []
@@ -346,8 +346,8 @@ class UploadDesk:
             except ChoiceRefused as refused:
                 if not left:
                     raise
-                told = {"about": refused.about, "message": refused.why, "tries": left}
-                await ws.send(encode_control(Refused.model_validate(told)))
+                reported = {"about": refused.about, "message": refused.why, "tries": left}
+                await ws.send(encode_control(Refused.model_validate(reported)))
                 continue
             if source is not None:
                 return source

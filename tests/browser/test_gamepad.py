@@ -81,14 +81,14 @@ def pull(visitor: Visitor, how_far: int) -> None:
     visitor.page.evaluate("(pull) => { pad.pull = pull; }", how_far)
 
 
-def told(visitor: Visitor) -> list[tuple[float, bytes]]:
+def report(visitor: Visitor) -> list[tuple[float, bytes]]:
     """Time [s] and bytes of what was sent to the pad."""
     sent = visitor.page.evaluate("pad.told")
     return [(1e-3 * t, bytes(data)) for t, data in sent]
 
 
 def resists(visitor: Visitor) -> int:
-    sent = told(visitor)
+    sent = report(visitor)
     data = sent[-1][1] if sent else encode(OFF, RIGHT)
     return data[RIGHT.block + 2] if data[RIGHT.block] == 1 else 0
 
@@ -136,9 +136,9 @@ def test_its_trigger_presses_and_resists_and_unplugged_in_contact_the_hand_is_le
     says(ann, "The gamepad was unplugged. Your hand was let go.")
     ann.page.keyboard.press("Escape")
     ann.until(lambda: ann.force == 0.0, "the hand to be off")
-    times = [t for t, _ in told(ann)]
+    times = [t for t, _ in report(ann)]
     assert min(b - a for a, b in pairwise(times)) > 0.008
-    assert all(len(data) == len(encode(OFF, RIGHT)) for _, data in told(ann))
+    assert all(len(data) == len(encode(OFF, RIGHT)) for _, data in report(ann))
 
 
 def test_a_page_that_is_hidden_lets_go_and_a_pad_that_is_silent_is_told(
@@ -161,7 +161,7 @@ def test_a_page_that_is_hidden_lets_go_and_a_pad_that_is_silent_is_told(
     press(ann)  # which lets go first
     ann.page.evaluate("pad.silent = true")
     says(ann, "The gamepad has gone silent.")
-    assert told(ann)[-1][1] == encode(OFF, RIGHT)
+    assert report(ann)[-1][1] == encode(OFF, RIGHT)
     ann.page.evaluate("pad.silent = false")
 
 

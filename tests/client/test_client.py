@@ -44,7 +44,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 @dataclass
-class Told:
+class Reported:
     """News and rows of a client, and its state at the end."""
 
     news: list[str] = field(default_factory=list[str])
@@ -54,7 +54,7 @@ class Told:
 
 
 async def visit(
-    told: Told,
+    reported: Reported,
     url: str,
     *,
     duration: float | None,
@@ -77,13 +77,13 @@ async def visit(
         fixed_gains=gains,
     )
     client = Client(
-        settings, tell=told.news.append, keep=lambda rows: told.rows.extend(rows_in(rows))
+        settings, tell=reported.news.append, keep=lambda rows: reported.rows.extend(rows_in(rows))
     )
-    told.first = client.status()
+    reported.first = client.status()
     try:
         await client.run()
     finally:
-        told.last = client.status()
+        reported.last = client.status()
 
 
 def felt(hosted: Visit) -> bool:
@@ -100,15 +100,15 @@ def play(
     passivity: bool = True,
     gains: FixedGains | None = None,
     until: Callable[[], bool] | None = None,
-) -> Told:
+) -> Reported:
     """A client at a server that hosts these visits in turn; to its end, or until `until` holds."""
-    told = Told()
+    reported = Reported()
 
     async def work() -> None:
         async with plane_server(*visits) as url:
             going = asyncio.ensure_future(
                 visit(
-                    told,
+                    reported,
                     url,
                     duration=duration,
                     patience=patience,
@@ -130,12 +130,12 @@ def play(
                 going.result()
 
     asyncio.run(asyncio.wait_for(work(), PATIENCE))
-    return told
+    return reported
 
 
 def test_a_client_greets_sends_samples_and_leaves_with_zero_force_and_a_farewell() -> None:
     hosted = Visit()
-    told = play(hosted, until=lambda: felt(hosted) and len(hosted.samples) > 20)
+    reported = play(hosted, until=lambda: felt(hosted) and len(hosted.samples) > 20)
     hello, *_, bye = hosted.heard
     assert isinstance(hello, Hello)
     assert (hello.name, hello.max_force, hello.max_stiffness) == ("left", 10.0, 2000.0)
@@ -149,15 +149,15 @@ def test_a_client_greets_sends_samples_and_leaves_with_zero_force_and_a_farewell
     # One for each tick while the loop runs; on a busy machine some are left out.
     times = sorted({sample.t_client for sample in samples})
     assert 5 < len(times) <= (times[-1] - times[0]) / PERIOD + 3
-    assert told.news == ["touching plane with nobody else"]
-    assert told.first == TouchStatus(name="left", state="connecting")
-    assert told.last is not None
-    assert (told.last.state, told.last.force, told.last.fault) == ("stopped", 0.0, "")
-    assert told.last.round_trip > 0.0
+    assert reported.news == ["touching plane with nobody else"]
+    assert reported.first == TouchStatus(name="left", state="connecting")
+    assert reported.last is not None
+    assert (reported.last.state, reported.last.force, reported.last.fault) == ("stopped", 0.0, "")
+    assert reported.last.round_trip > 0.0
     # One machine, one wall clock, whatever the origins of the two processes' own.
-    assert abs(told.last.clock_offset) <= told.last.clock_error + 0.05
-    assert told.rows[-1].fx == told.rows[-1].fy == told.rows[-1].fz == 0.0
-    assert told.rows[-1].tick > 1
+    assert abs(reported.last.clock_offset) <= reported.last.clock_error + 0.05
+    assert reported.rows[-1].fx == reported.rows[-1].fy == reported.rows[-1].fz == 0.0
+    assert reported.rows[-1].tick > 1
 
 
 def test_a_server_that_was_started_anew_is_felt_again(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -168,8 +168,8 @@ def test_a_server_that_was_started_anew_is_felt_again(monkeypatch: pytest.Monkey
     def felt_anew() -> bool:  # and no force that fades yet, from the server before
         return any(norm(s.force) > 0.1 and 0 < s.tick < 5000 for s in anew.samples)
 
-    told = play(Visit(first_tick=5000, ticks=20), anew, patience=PATIENCE, until=felt_anew)
-    ticks = [row.tick for row in told.rows]
+    reported = play(Visit(first_tick=5000, ticks=20), anew, patience=PATIENCE, until=felt_anew)
+    ticks = [row.tick for row in reported.rows]
     assert 5000 < max(ticks) < 5020
     assert 1 < ticks[-1] < 5000
 
@@ -189,20 +189,20 @@ def test_when_the_object_changes_a_hand_lets_go_comes_back_and_presses_without_a
         farewell=CHANGED if said else None,
         close=None if said else CHANGED,
     )
-    told = play(first, then, geometry=geometry, until=lambda: felt(then))
-    assert told.news.count("touching plane with nobody else") == 1
-    assert told.news.count("touching another with nobody else") == 1
+    reported = play(first, then, geometry=geometry, until=lambda: felt(then))
+    assert reported.news.count("touching plane with nobody else") == 1
+    assert reported.news.count("touching another with nobody else") == 1
     assert max(norm(sample.force) for sample in first.samples) > 0.1
     assert max(norm(sample.force) for sample in then.samples) > 0.1
-    forces = [norm((row.fx, row.fy, row.fz)) for row in told.rows]
+    forces = [norm((row.fx, row.fy, row.fz)) for row in reported.rows]
     # What the hand's own motion causes too: 2,000 N/m at 0.1 m/s.
     assert max(abs(b - a) for a, b in pairwise(forces)) < 0.2
     # It was let go in between, and the new loop had no force before it was free.
-    turn = next(k for k, (a, b) in enumerate(pairwise(told.rows)) if b.tick < a.tick)
+    turn = next(k for k, (a, b) in enumerate(pairwise(reported.rows)) if b.tick < a.tick)
     assert forces[turn] == 0.0
     assert max(forces[turn:]) > 0.1
-    assert told.last is not None
-    assert told.last.fault == ""
+    assert reported.last is not None
+    assert reported.last.fault == ""
 
 
 @pytest.mark.parametrize("patience", [0.0, 0.3])
@@ -210,11 +210,11 @@ def test_a_lost_server_is_tried_again_for_a_while_and_then_it_is_said_how_it_was
     patience: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(runner, "RETRY", 0.05)
-    told = Told()
+    reported = Reported()
 
     async def work() -> None:
         async with plane_server(Visit(ticks=3)) as url:
-            going = asyncio.ensure_future(visit(told, url, duration=None, patience=patience))
+            going = asyncio.ensure_future(visit(reported, url, duration=None, patience=patience))
             await asyncio.wait([going], timeout=None if patience == 0.0 else 0.15)
         # Nobody answers any more.
         with pytest.raises(ServerLost, match="the connection was lost"):
@@ -230,9 +230,9 @@ def test_who_was_in_the_room_waits_for_it_without_end_however_short_the_first_wa
     monkeypatch.setattr(runner, "RETRY", 0.05)
     back = Visit()
     visits = [Visit(ticks=20), *(Visit(refuse=STOPS) for _ in range(5)), back]
-    told = play(*visits, patience_lost=math.inf, until=lambda: bool(back.samples))
+    reported = play(*visits, patience_lost=math.inf, until=lambda: bool(back.samples))
     assert back.samples
-    again = [news for news in told.news if "trying again" in news]
+    again = [news for news in reported.news if "trying again" in news]
     assert again
     assert all(news.endswith("; trying again") for news in again)
 
@@ -242,21 +242,21 @@ def test_without_a_server_a_client_gives_up_when_its_patience_ends(
     patience: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(runner, "RETRY", 0.05)
-    told = Told()
+    reported = Reported()
     with socket.socket() as reserved:
         reserved.bind(("127.0.0.1", 0))  # and never listens
         url = f"ws://127.0.0.1:{reserved.getsockname()[1]}"
         with pytest.raises(ServerLost, match="no server answers"):
-            asyncio.run(visit(told, url, duration=None, patience=patience))
-    assert all("no server answers" in news and "trying again" in news for news in told.news)
-    assert len(told.news) == (1 if patience else 0)  # once, and not with each attempt
+            asyncio.run(visit(reported, url, duration=None, patience=patience))
+    assert all("no server answers" in news and "trying again" in news for news in reported.news)
+    assert len(reported.news) == (1 if patience else 0)  # once, and not with each attempt
 
 
 def test_what_a_server_says_reaches_a_terminal_as_printable_lines() -> None:
     drawn = "\x1b[2J\u202eroot"
     body = BODY.model_copy(update={"name": drawn})
-    told = play(Visit(body=body), duration=0.3)
-    assert "touching ?[2J?root with nobody else" in told.news
+    reported = play(Visit(body=body), duration=0.3)
+    assert "touching ?[2J?root with nobody else" in reported.news
     assert str(Refused(4400, drawn)) == "the server refused: ?[2J?root"
 
 
@@ -265,9 +265,9 @@ def test_on_its_way_back_a_client_waits_until_its_old_name_is_free(
 ) -> None:
     monkeypatch.setattr(runner, "RETRY", 0.05)
     first, back = Visit(ticks=3), Visit()
-    told = play(first, Visit(refuse=TAKEN), back, duration=0.6, patience=5.0)
-    assert [news.partition(" ")[0] for news in told.news].count("touching") == 2
-    assert any("name is 'left'" in news and "trying again" in news for news in told.news)
+    reported = play(first, Visit(refuse=TAKEN), back, duration=0.6, patience=5.0)
+    assert [news.partition(" ")[0] for news in reported.news].count("touching") == 2
+    assert any("name is 'left'" in news and "trying again" in news for news in reported.news)
     assert back.samples
     keys = [said.key for said in (first.heard[0], back.heard[0]) if isinstance(said, Hello)]
     assert keys[0] == keys[1] is not None

@@ -161,11 +161,11 @@ def test_a_fault_that_nobody_has_acknowledged_goes_on_to_the_next_object(
 def test_a_fault_that_was_over_before_a_heartbeat_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """A rule that raised once took the force away for 23 ms, and nobody was told."""
     monkeypatch.setattr("cohaptic_client.haptics.HapticProcess", Process)
-    haptics, told = Haptics(SETTINGS, SystemClock(), None), list[str]()
+    haptics, reported = Haptics(SETTINGS, SystemClock(), None), list[str]()
     haptics.start(welcome())
     for fault, faults, last in (("", 0, ""), ("", 1, "why"), ("", 1, "why"), ("now", 2, "now")):
         status = {"mode": "waiting", "fault": fault, "faults": faults, "last_fault": last}
         monkeypatch.setattr(Process, "last", status)
-        told.append(haptics.beat())
+        reported.append(haptics.beat())
     haptics.close()
-    assert told == ["", "why", "", "now"]
+    assert reported == ["", "why", "", "now"]

@@ -33,15 +33,15 @@ def test_a_fault_is_told_with_what_ends_it(fault: str, held: bool, heard: bool, 
 def test_no_more_than_one_fault_is_told_in_its_time_and_none_that_stays_is_left_out(
     way: list[tuple[float, str]],
 ) -> None:
-    news, now, told = FaultNews(), 0.0, list[float]()
+    news, now, reported = FaultNews(), 0.0, list[float]()
     for passed, fault in way:
         now += passed
         if news.is_new(fault, now):
             assert fault
-            told.append(now)
-    assert all(b - a >= FAULT_NEWS for a, b in pairwise(told))
+            reported.append(now)
+    assert all(b - a >= FAULT_NEWS for a, b in pairwise(reported))
     if any(fault for _, fault in way):
-        assert told
+        assert reported
     # One that stays is told in the end, and once.
     later = [news.is_new("stays", now + k * FAULT_NEWS) for k in range(1, 5)]
     assert later == [True, False, False, False]

@@ -175,10 +175,14 @@ def test_a_drag_that_is_felt_as_it_is_has_no_error(balloon: Balloon, tmp_path: P
 
 
 def test_the_result_for_programs_says_what_it_promises(good: DemoResult) -> None:
-    told = json.loads(good.model_dump_json())
-    assert told.keys() >= {"law", "simulation_hz", "delay_ms", "lag_ms", "users"}
-    assert (told["law"], told["simulation_hz"], told["delay_ms"]) == ("predictive", 60.0, 50.0)
-    for user in told["users"]:
+    reported = json.loads(good.model_dump_json())
+    assert reported.keys() >= {"law", "simulation_hz", "delay_ms", "lag_ms", "users"}
+    assert (reported["law"], reported["simulation_hz"], reported["delay_ms"]) == (
+        "predictive",
+        60.0,
+        50.0,
+    )
+    for user in reported["users"]:
         assert user.keys() >= {
             "name",
             "felt_from_others_n",

@@ -46,10 +46,10 @@ def result(left: dict[str, Any] | None = None, **right: Any) -> DemoResult:
     )
 
 
-def shown(told: DemoResult, width: int = 160) -> str:
+def shown(reported: DemoResult, width: int = 160) -> str:
     console = Console(width=width)
     with console.capture() as capture:
-        console.print(show(told))
+        console.print(show(reported))
     return capture.get()
 
 
@@ -69,10 +69,10 @@ def test_a_good_result_is_told_with_its_force_and_its_delay() -> None:
 
 @pytest.mark.parametrize("faint", [{"felt_from_others_n": -0.19}, {"felt_from_others_n": 0.01}])
 def test_what_nobody_feels_is_no_success(faint: dict[str, Any]) -> None:
-    for told in (result(faint), result(**faint)):
-        assert verdict(told).startswith("Too weak to feel: ")
-        assert "a hand clearly feels 0.2 N.\nEvery force came to rest" in verdict(told)
-        assert told.least_felt == pytest.approx(abs(faint["felt_from_others_n"]))
+    for reported in (result(faint), result(**faint)):
+        assert verdict(reported).startswith("Too weak to feel: ")
+        assert "a hand clearly feels 0.2 N.\nEvery force came to rest" in verdict(reported)
+        assert reported.least_felt == pytest.approx(abs(faint["felt_from_others_n"]))
     other = result().model_copy(update={"users": (*result().users, user("user3", **faint))})
     assert verdict(other).startswith("right felt left press")
 
@@ -105,10 +105,12 @@ def test_unstable_slow_and_soft_are_three_sentences() -> None:
 
 
 def test_a_drag_is_told_as_one() -> None:
-    told = result(friction_needed=0.54).model_copy(update={"friction": 0.8})
-    assert verdict(told).startswith("right felt left drag with 2.97 N, half of it 193 ms later.")
-    assert "drag felt" in shown(told)
-    assert "slips" not in shown(told)
+    reported = result(friction_needed=0.54).model_copy(update={"friction": 0.8})
+    assert verdict(reported).startswith(
+        "right felt left drag with 2.97 N, half of it 193 ms later."
+    )
+    assert "drag felt" in shown(reported)
+    assert "slips" not in shown(reported)
 
 
 def test_what_kept_a_force_from_being_judged_is_named() -> None:
@@ -122,9 +124,9 @@ def test_what_kept_a_force_from_being_judged_is_named() -> None:
     assert "by a network that wavers (predictive law, each way delay=50,jitter=40" in verdict(
         wavering
     )
-    for told in (busy, wavering):
-        assert told.shows_it
-        assert not told.proves_it
+    for reported in (busy, wavering):
+        assert reported.shows_it
+        assert not reported.proves_it
 
 
 @pytest.mark.parametrize("width", [80, 100, 120, 160])

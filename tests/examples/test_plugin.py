@@ -123,8 +123,8 @@ def test_programs_read_the_forces_while_the_server_runs_and_not_more_than_may() 
     async def read(url: str) -> dict[str, float]:
         kinds = [Subprotocol("example-forces.1")]
         async with connect(url, subprotocols=kinds, proxy=None) as ws:
-            async for told in ws:
-                forces: dict[str, float] = json.loads(told)["forces"]
+            async for reported in ws:
+                forces: dict[str, float] = json.loads(reported)["forces"]
                 if any(forces.values()):
                     with pytest.raises(ConnectionClosed, match="as many as may, 1, read already"):
                         async with connect(url, subprotocols=kinds, proxy=None) as other:
@@ -160,10 +160,10 @@ def test_programs_read_the_forces_while_the_server_runs_and_not_more_than_may() 
 def test_the_command_line_knows_them_all(installed: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(installed)}
     run = [sys.executable, "-m", "cohaptic"]
-    told = subprocess.run(
+    reported = subprocess.run(
         [*run, "devices", "options", "tracker"], env=environment, capture_output=True, text=True
     )
-    assert "port: on which it listens" in told.stdout
+    assert "port: on which it listens" in reported.stdout
     refused = subprocess.run(
         [*run, "serve", "--body", "drums"], env=environment, capture_output=True, text=True
     )

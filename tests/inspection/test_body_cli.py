@@ -44,9 +44,9 @@ def cube(tmp_path: Path) -> str:
 
 
 def test_prepare_says_what_it_has_made_and_where(run: Run, cube: str, tmp_path: Path) -> None:
-    told = run("prepare", cube, *HOLD)
-    assert "cube.vtk: 750 tetrahedra, 152 vertices of surface" in told
-    assert f"ready in {tmp_path / 'store'} after" in told
+    reported = run("prepare", cube, *HOLD)
+    assert "cube.vtk: 750 tetrahedra, 152 vertices of surface" in reported
+    assert f"ready in {tmp_path / 'store'} after" in reported
     stored = {path: path.stat().st_mtime_ns for path in (tmp_path / "store").iterdir()}
     assert len(stored) == 2  # tetrahedra, and what makes a solid of them
     run("prepare", cube, *HOLD)
@@ -60,7 +60,7 @@ def test_prepare_says_what_it_has_made_and_where(run: Run, cube: str, tmp_path: 
 def test_inspect_says_what_a_cube_is_like(run: Run, cube: str, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="pip install 'cohaptic[objects]'")
     picture = tmp_path / "cube.png"
-    told = run("inspect", cube, *HOLD, "--density", "1200", "--out", str(picture))
+    reported = run("inspect", cube, *HOLD, "--density", "1200", "--out", str(picture))
     for words in (
         "a volume mesh, taken as it is",
         "100 x 100 x 100 mm",
@@ -73,7 +73,7 @@ def test_inspect_says_what_a_cube_is_like(run: Run, cube: str, tmp_path: Path) -
         "for 8",
         f"written to {picture}",
     ):
-        assert words in told
+        assert words in reported
     assert picture.stat().st_size > 20_000
 
 
@@ -94,8 +94,8 @@ def test_a_surface_that_holds_is_read_in_its_unit_and_drawn(
         CohapticError, match=r"With --fix-mesh .*bone\.stl:mm: taken in millimetres"
     ):
         run("inspect", cube, "--fix-mesh", str(bone), *picture)
-    told = run("inspect", cube, "--fix-mesh", f"{bone}:mm", *picture)
-    assert "% of the vertices of the surface" in told
+    reported = run("inspect", cube, "--fix-mesh", f"{bone}:mm", *picture)
+    assert "% of the vertices of the surface" in reported
     x, triangles = seen["holding"]
     # In the frame of the object, whose origin is 50 mm above the lower side.
     assert np.ptp(x, axis=0) == pytest.approx(0.1, rel=0.01)

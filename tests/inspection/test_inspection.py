@@ -59,9 +59,9 @@ def test_what_was_done_to_a_file_is_told(
     report: SurfaceReport, simplified: int, words: str
 ) -> None:
     prepared = Prepared(block((0.1, 0.1, 0.1), (2, 2, 2)), report, 1200, simplified)
-    told = "; ".join(describe_file(WANTED, prepared))
-    assert told.startswith("a surface of 1,200 triangles; ")
-    assert words in told
+    sentence = "; ".join(describe_file(WANTED, prepared))
+    assert sentence.startswith("a surface of 1,200 triangles; ")
+    assert words in sentence
 
 
 def test_a_body_that_would_sway_and_one_that_is_too_costly_come_with_advice() -> None:

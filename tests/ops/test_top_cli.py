@@ -36,10 +36,10 @@ def test_once_prints_rooms_and_users_of_a_real_port() -> None:
         finally:
             await port.close()
 
-    told = asyncio.run(run())
-    assert "main" in told
-    assert "ada" in told
-    assert max(map(len, told.splitlines())) <= 80
+    reported = asyncio.run(run())
+    assert "main" in reported
+    assert "ada" in reported
+    assert max(map(len, reported.splitlines())) <= 80
 
 
 class Other(http.server.BaseHTTPRequestHandler):

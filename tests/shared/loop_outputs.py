@@ -119,8 +119,10 @@ def looks_at_meshes() -> list[Any]:
         base = LocalSurface(x_free, normal, rng.uniform(-20.0, 20.0), 4e-3, ZERO, ZERO)
         near = rng.sample(range(len(places)), rng.choice((1, 3, 40)))
         moved = [[rng.gauss(0.0, 0.001) for _ in range(3)] for _ in near]
-        told = facts((k, x, y, z, 2e-3) for k, (x, y, z) in zip(sorted(near), moved, strict=True))
-        surface = MeshSurface(rest, base, told)
+        reported = facts(
+            (k, x, y, z, 2e-3) for k, (x, y, z) in zip(sorted(near), moved, strict=True)
+        )
+        surface = MeshSurface(rest, base, reported)
         for depth in (0.0, 0.002, 0.02, 0.2, 2.0):
             probe = [x - depth * n for x, n in zip(x_free, normal, strict=True)]
             seen = surface.look((probe[0], probe[1], probe[2]))

@@ -164,8 +164,8 @@ class Cluster:
         """The processes of the rooms on a machine, by room."""
         living = self.machines[k].numbered()
         # A number may be of a later process there, after the machine was lost.
-        told = self.log(k).read_text().rpartition("listening ")[2]
-        found = {room: living.get(int(pid), 0) for room, pid in _OPEN.findall(told)}
+        reported = self.log(k).read_text().rpartition("listening ")[2]
+        found = {room: living.get(int(pid), 0) for room, pid in _OPEN.findall(reported)}
         return {room: pid for room, pid in found.items() if pid and lives(pid)}
 
     def place(self) -> dict[str, int]:
@@ -239,8 +239,8 @@ class Cluster:
     def _is_joined(self, k: int) -> bool:
         """Whether a server has spoken with the engine, as it does through that of its machine."""
         url = f"http://{self.machines[k].address}:{_ADMIN}/status"
-        with contextlib.suppress(OSError), urllib.request.urlopen(url, timeout=2.0) as told:
-            cluster = json.load(told)["cluster"]  # null before its first report
+        with contextlib.suppress(OSError), urllib.request.urlopen(url, timeout=2.0) as reported:
+            cluster = json.load(reported)["cluster"]  # null before its first report
             return cluster is not None and cluster["engine"] is True
         return False
 

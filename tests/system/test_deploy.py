@@ -50,10 +50,10 @@ def test_queries_of_alerts_and_dashboard_name_metrics_that_there_are() -> None:
     board = json.loads((DEPLOY / "dashboard/cohaptic.json").read_text())
     queries = [target["expr"] for panel in board["panels"] for target in panel["targets"]]
     rules = yaml.safe_load((DEPLOY / "alerts.yml").read_text())["groups"][0]["rules"]
-    told = metrics()
+    reported = metrics()
     assert len(queries) > 14
     for query in (*queries, *(rule["expr"] for rule in rules)):
-        assert named(query) <= told, query
+        assert named(query) <= reported, query
         assert named(query) or "up{" in query
 
 
@@ -134,8 +134,8 @@ def test_systemd_finds_nothing_wrong(tmp_path: Path) -> None:
     text = (DEPLOY / "cohaptic.service").read_text()
     unit = tmp_path / "cohaptic.service"
     for wrong, expected in (("", True), ("RestrictEverything=yes\nNoNewPrivileges", False)):
-        told = text.replace("/opt/cohaptic/bin/cohaptic", sys.executable)
-        unit.write_text(told if expected else told.replace("NoNewPrivileges", wrong))
+        reported = text.replace("/opt/cohaptic/bin/cohaptic", sys.executable)
+        unit.write_text(reported if expected else reported.replace("NoNewPrivileges", wrong))
         done = subprocess.run(
             [ANALYZE, "verify", str(unit)], capture_output=True, text=True, check=False
         )

@@ -119,12 +119,12 @@ def say() -> Generator[Callable[[str], None]]:
     )
     assert flooder.stdin is not None
     assert flooder.stdout is not None
-    told, heard = flooder.stdin, flooder.stdout
+    reported, heard = flooder.stdin, flooder.stdout
     assert heard.readline() == "ready\n"
 
     def say(line: str) -> None:
-        told.write(line + "\n")
-        told.flush()
+        reported.write(line + "\n")
+        reported.flush()
         heard.readline()
 
     yield say

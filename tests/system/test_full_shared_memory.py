@@ -42,11 +42,11 @@ def test_a_solid_is_touched_all_the_same(tmp_path: Path) -> None:
             url = server.stdout.readline().strip().removeprefix("listening ")
             hand = Process("touch", url, "--name", "ann", "--json-lines", log=tmp_path / "ann.log")
             try:
-                told = json.loads(hand.first_line())
-                while told["state"] != "touching" or told["force"] < 0.1:
+                reported = json.loads(hand.first_line())
+                while reported["state"] != "touching" or reported["force"] < 0.1:
                     assert hand.running, (tmp_path / "ann.log").read_text()
                     threading.Event().wait(0.05)
-                    told = json.loads(hand.line or "{}") or told
+                    reported = json.loads(hand.line or "{}") or reported
             finally:
                 hand.wait()
             assert server.poll() is None

@@ -237,8 +237,8 @@ def test_who_presses_on_a_device_that_damps_nothing_costs_the_others_a_third_at_
 
 MAX_IN_A_PERIOD, MAX_IN_20_MS = 0.1, 1.5  # N, on the hand of a victim, as in test_hostile_users
 TOUCHED, ABOVE = 0.095, 0.106  # m from the middle of the balloon
-Told = tuple[float, float, float, float]  # distance [m], force [N], give [m], time [s]
-ATTACKS: dict[str, Callable[[int], Told]] = {
+Reported = tuple[float, float, float, float]  # distance [m], force [N], give [m], time [s]
+ATTACKS: dict[str, Callable[[int], Reported]] = {
     "a deflection that swings": lambda k: (TOUCHED, 3.0, 10.0 * (-1.0) ** k, k / 60.0),
     "a deflection that comes and goes": lambda k: (TOUCHED, 3.0, 0.5 * (k // 30 % 2), k / 60.0),
     "a give in the air": lambda k: (ABOVE, 0.0, 10.0 * (k // 60 % 2), k / 60.0),
@@ -283,11 +283,11 @@ def test_what_others_tell_of_themselves_is_little_felt(
     for k in range(300):
         distance, force, deflection, t = ATTACKS[attack](k)
         own_model = None if changing is None else (LIGHTEST, HEAVIEST)[k // changing % 2]
-        told = ContactSample(
+        reported = ContactSample(
             k + 1, session.room.world.tick, t, scale(OUT, distance), scale(OUT, force),
             deflection=deflection, own_model=own_model,
         )  # fmt: skip
-        session.room.sample(number, ContactSample.decode(told.encode()), session.now)
+        session.room.sample(number, ContactSample.decode(reported.encode()), session.now)
         session.run(1.0 / 60.0)
     for user in session.users.values():
         felt = np.array(user.force[3000:])
@@ -309,11 +309,11 @@ def test_who_tells_no_force_is_felt_with_a_newton_at_most(
     session, number = attacked(small_balloon, models=changing is None)
     for k in range(240):
         own_model = LIGHTEST if k and (changing == 1000 or k % 2) else HEAVIEST
-        told = ContactSample(
+        reported = ContactSample(
             k + 1, session.room.world.tick, k / 60.0, scale(OUT, distance), (0.0, 0.0, 0.0),
             deflection=10.0, own_model=None if changing is None else own_model,
         )  # fmt: skip
-        session.room.sample(number, ContactSample.decode(told.encode()), session.now)
+        session.room.sample(number, ContactSample.decode(reported.encode()), session.now)
         session.run(1.0 / 60.0)
     assert session.room.world.wishes.weight == 1.0
     for user in session.users.values():

@@ -109,8 +109,8 @@ def test_without_its_folder_the_recording_ends_and_the_hand_goes_on(
     before = seconds(folder / "ann.npz.part")
     shutil.rmtree(folder)
     until(lambda: "and the hand goes on" in log.read_text())
-    told = hand.line
-    until(lambda: hand.line != told)
+    reported = hand.line
+    until(lambda: hand.line != reported)
     assert json.loads(hand.line)["state"] in ("free", "touching")
     hand.wait()
     kept = Path(hand.words().partition("are kept in ")[2].partition(";")[0])

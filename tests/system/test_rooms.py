@@ -79,8 +79,8 @@ def until(condition: Callable[[], bool]) -> None:
 
 
 def state(hand: Process) -> tuple[str, float]:
-    told = json.loads(hand.line or "{}")
-    return str(told.get("state")), float(told.get("force", 0.0))
+    reported = json.loads(hand.line or "{}")
+    return str(reported.get("state")), float(reported.get("force", 0.0))
 
 
 @pytest.mark.smoke

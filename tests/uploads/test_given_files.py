@@ -101,9 +101,9 @@ def brought(path: Path) -> Generator[tuple[WorkerProcess, Examined, RestMesh]]:
     try:
         worker.send_piece(path.read_bytes())
         worker.send_piece(b"")
-        kind, told = worker.receive()
+        kind, reported = worker.receive()
         assert kind != DATA
-        if "message" not in (fields := fields_of(told)):
+        if "message" not in (fields := fields_of(reported)):
             raise UploadFailed(str(fields["why"]))
         preview = RestMesh.decode(worker.receive()[1])
         yield worker, Examined.model_validate_json(str(fields["message"])), preview
@@ -120,11 +120,11 @@ def only_brought(path: Path) -> None:
 def prepared(worker: WorkerProcess) -> ObjectFile:
     """The object that the worker has prepared; raises UploadFailed with its sentence."""
     worker.send_wish(fix=HOLD[1], young=6e3, poisson=0.4)
-    while (told := fields_of(worker.receive()[1]))["event"] == "progress":
+    while (reported := fields_of(worker.receive()[1]))["event"] == "progress":
         pass
-    if told["event"] != "prepared":
-        raise UploadFailed(str(told["why"]))
-    return from_fields(told["source"])
+    if reported["event"] != "prepared":
+        raise UploadFailed(str(reported["why"]))
+    return from_fields(reported["source"])
 
 
 @pytest.mark.parametrize("way", [inspected, only_brought])

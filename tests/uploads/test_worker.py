@@ -126,7 +126,7 @@ def test_a_sound_file_is_examined_and_prepared_as_it_was_wished() -> None:
         worker.close()
 
 
-def told(worker: WorkerProcess) -> dict[str, Any]:
+def report(worker: WorkerProcess) -> dict[str, Any]:
     """What it says of a wish, behind its progress."""
     while (fields := fields_of(worker.receive()[1]))["event"] == "progress":
         pass
@@ -140,12 +140,12 @@ def test_a_rule_that_holds_nothing_or_all_is_one_sentence_and_another_may_follow
         worker.receive()
         worker.receive()
         worker.send_wish(fix=rule, young=6e3, poisson=0.3)
-        fields = told(worker)
+        fields = report(worker)
         assert (fields["event"], fields["about"]) == ("refused", "held")
         assert "\n" not in fields["why"]
         assert "--fix" not in fields["why"]
         worker.send_wish(fix="z < 15%", young=6e3, poisson=0.3)
-        assert told(worker)["event"] == "prepared"
+        assert report(worker)["event"] == "prepared"
     finally:
         worker.close()
     # What was refused is not kept.
@@ -160,11 +160,11 @@ def test_a_size_that_cannot_be_touched_is_refused_and_another_is_taken(scale: fl
         assert examined.scale == 1.0
         worker.receive()
         worker.send_wish(fix="z < 15%", young=6e3, poisson=0.3, scale=scale)
-        fields = told(worker)
+        fields = report(worker)
         assert (fields["event"], fields["about"]) == ("refused", "size")
         assert "it must be from 5 mm to 5 m" in fields["why"]
         worker.send_wish(fix="z < 15%", young=6e3, poisson=0.3, scale=0.5)
-        source = from_fields(told(worker)["source"])
+        source = from_fields(report(worker)["source"])
         assert source.scale == 0.5
     finally:
         worker.close()

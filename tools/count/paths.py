@@ -44,10 +44,10 @@ async def _of_a_sample() -> Crossing:
                 for ws, probe in zip((one, two), _PROBES, strict=True):
                     await ws.send(_sample(seq, probe))
                     await _patch(ws)
-            told = _sample(_WARM, _PROBES[0])
+            reported = _sample(_WARM, _PROBES[0])
             await _drained(two)
             with crossing() as found:
-                await one.send(told)
+                await one.send(reported)
                 for _ in range(_LATER):
                     await _patch(two)
     finally:

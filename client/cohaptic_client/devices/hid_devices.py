@@ -12,7 +12,7 @@ from cohaptic_client.devices.kind import Found
 # Usage pages and usages of HID: devices that move something (joystick, gamepad, multi-axis
 # controller, force feedback), and devices of a desk: mouse, keyboard, keypad and media keys.
 _MOVES = ((0x01, 0x04), (0x01, 0x05), (0x01, 0x08))
-_FORCE_FEEDBACK, _OF_A_VENDOR, _NOT_TOLD = 0x0F, 0xFF00, 0x00
+_FORCE_FEEDBACK, _OF_A_VENDOR, _NOT_REPORTED = 0x0F, 0xFF00, 0x00
 _OF_A_DESK = ((0x01, 0x02), (0x01, 0x06), (0x01, 0x07), (0x0C, 0x01))
 
 
@@ -130,7 +130,7 @@ def unknown_hid(known: Iterable[str]) -> list[str]:
     for entry in entries:
         path = entry["path"].decode(errors="replace")
         page = entry["usage_page"]
-        special = page in (_FORCE_FEEDBACK, _NOT_TOLD) or page >= _OF_A_VENDOR
+        special = page in (_FORCE_FEEDBACK, _NOT_REPORTED) or page >= _OF_A_VENDOR
         moves = _usage(entry) in _MOVES or (special and _product(entry) not in desk)
         if moves and not any(place.endswith(path) for place in places):
             vendor, product = _product(entry)

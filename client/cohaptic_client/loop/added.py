@@ -79,7 +79,7 @@ class Contact:
         self.force = scale(self.normal, 0.0 if normal_force <= 0.0 else normal_force)  # NaN stays
 
 
-def _told(error: BaseException) -> str:
+def _report(error: BaseException) -> str:
     """Return an error in words, whatever it does when it is asked."""
     try:
         return f"{type(error).__name__}: {error}"
@@ -139,7 +139,7 @@ class Added(Rule):
             x, y, z = (float(value) for value in contact.force)
             stiffness, damping = float(contact.added_stiffness), float(contact.added_damping)
         except BaseException as error:  # foreign code may raise anything
-            raise RuleError(f"the rule {self.name} raised {_told(error)}") from None
+            raise RuleError(f"the rule {self.name} raised {_report(error)}") from None
         if memory is None:
             raise RuleError(f"the rule {self.name} returned no memory: apply and begin return one")
         if not math.isfinite(x + y + z):

@@ -36,7 +36,7 @@ _ROUNDING: Final = 1.0 + 1e-7
 _ABOUT: Final = 1.01
 
 
-class Own(NamedTuple):
+class OwnHand(NamedTuple):
     """The own hand in one period.
 
     Fields:
@@ -63,7 +63,7 @@ class Own(NamedTuple):
 
 
 # Above 60 lines: one system of forces, solved for the last tips, for these, and for the new wishes.
-def answer(replica: Replica, sight: Sight, fraction: float, own: Own, dt: float) -> Answer:
+def answer(replica: Replica, sight: Sight, fraction: float, own: OwnHand, dt: float) -> Answer:
     """Compute the forces of all hands in a period.
 
     Args:
@@ -76,7 +76,7 @@ def answer(replica: Replica, sight: Sight, fraction: float, own: Own, dt: float)
     if not replica.news.partners and replica.shift == 0.0:  # alone: the surface as it is
         return Answer([0.0], [], sight, 0.0, 0.0, 0.0, 0.0)
     forces, wishes, weight, shift = [0.0], replica.wishes, 0.0, 0.0
-    explained = wished = 0.0
+    model_change = wished = 0.0
     if own.k_h > 0.0:
         numbers = shown_numbers(replica, fraction)
         weight = own.trusted * numbers[0]
@@ -104,18 +104,18 @@ def answer(replica: Replica, sight: Sight, fraction: float, own: Own, dt: float)
             stiff = stiffness(C, forces, max_force)
         then = contact_forces(C, before, max_force, forces)
         for k in range(1, len(depth)):
-            explained -= C[0][k] * (forces[k] - then[k])
+            model_change -= C[0][k] * (forces[k] - then[k])
         further = [a - b for a, b in zip(wanted, old, strict=True)]
         # The models' own motion counts as far as the own motion may have made it: nothing is
         # explained to a hand at rest.
         at_once = max(0.0, stiff[0] * C[0][0] - 1.0) * own.moved_in
         max_moved = _ANSWERED * own.speed * dt  # (3.15, Held back)
-        explained = at_once + max(-max_moved, min(max_moved, explained - at_once))
-        moved = (own.moved_in + explained) / C[0][0]
-        if moved * explained <= 0.0:
+        model_change = at_once + max(-max_moved, min(max_moved, model_change - at_once))
+        moved = (own.moved_in + model_change) / C[0][0]
+        if moved * model_change <= 0.0:
             moved = 0.0
-        elif abs(moved) > abs(explained) / C[0][0]:
-            moved = explained / C[0][0]
+        elif abs(moved) > abs(model_change) / C[0][0]:
+            moved = model_change / C[0][0]
         changes = _changes(C, depth, forces, stiff, further, moved, own.wish_rate * dt)
         changes, forces, wished = _within(
             C, depth, max_force, forces, changes, moved, own.wish_rate * dt
@@ -131,7 +131,7 @@ def answer(replica: Replica, sight: Sight, fraction: float, own: Own, dt: float)
     # The models answer the force that the hand has now, and not the one that the body carried.
     carried = lerp(sight.own_force, scale(sight.normal, forces[0]), weight)
     shown = Sight(sight.depth + shift, sight.normal, sight.c_ii, carried, by_others)
-    return Answer(forces, wishes, shown, shift, step, explained, wished)
+    return Answer(forces, wishes, shown, shift, step, model_change, wished)
 
 
 def _allowed(wished: float, moved: float, rate: float) -> float:
@@ -233,7 +233,7 @@ def _changes(
 
 
 def _coupling(
-    replica: Replica, numbers: list[float], weight: float, own: Own, dt: float
+    replica: Replica, numbers: list[float], weight: float, own: OwnHand, dt: float
 ) -> tuple[list[list[float]], list[float], float]:
     """Return C, the largest forces, and the own depth without the forces of the surface, less it.
 

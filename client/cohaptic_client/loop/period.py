@@ -53,7 +53,7 @@ class Period:
 
         answered: What the models of the others answer; None where there are none.
         recent: Speed of the hand of late, for the models.
-        explained: Change of the depth by models, which no limit may hold back [m].
+        model_change: Change of the depth by models, which no limit may hold back [m].
         wished: Change of the depth by what others want, within its limit [m].
 
         fade: Law in use; None before the first patch.
@@ -120,7 +120,6 @@ class Period:
         "depth",
         "dt",
         "engaged",
-        "explained",
         "fade",
         "fade_limit",
         "for_friction",
@@ -138,6 +137,7 @@ class Period:
         "local",
         "max_change",
         "memories",
+        "model_change",
         "moved",
         "moved_in",
         "normal",
@@ -185,7 +185,7 @@ class Period:
         self.sight: Sight | None = None
         self.answered: Answer | None = None
         self.recent: Recent = NOT_MOVED
-        self.explained: float = 0.0
+        self.model_change: float = 0.0
         self.wished: float = 0.0
         self.fade: LawFade | None = None
         self.k_wanted: float = 0.0

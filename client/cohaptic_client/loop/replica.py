@@ -54,7 +54,7 @@ class Replica:
         deflections: Give of the own hand, and of each partner.
         forces: Force of the own hand, and of each partner, in the last period [N].
         wishes: What each partner wants, as it was shown in the last period [m]; empty before.
-        explained: As in `Answer`, of the last period [m].
+        model_change: As in `Answer`, of the last period [m].
         shift: Displacement of the surface by the models in the last period [m].
         step: Part of it that fades, since partners came or went [m]; NaN in the first period after
             they did.
@@ -69,7 +69,7 @@ class Replica:
     deflections: Final[list[Deflection]]
     forces: Final[list[float]]
     wishes: Final[list[float]]
-    explained: Final[float]
+    model_change: Final[float]
     shift: Final[float]
     step: Final[float]
     recent: Final[Recent]
@@ -84,7 +84,7 @@ class Replica:
         deflections: list[Deflection],
         forces: list[float],
         wishes: list[float],
-        explained: float = 0.0,
+        model_change: float = 0.0,
         shift: float = 0.0,
         step: float = 0.0,
         recent: Recent = NOT_MOVED,
@@ -97,7 +97,7 @@ class Replica:
         self.deflections = deflections
         self.forces = forces
         self.wishes = wishes
-        self.explained = explained
+        self.model_change = model_change
         self.shift = shift
         self.step = step
         self.recent = recent
@@ -149,7 +149,9 @@ def follow(replica: Replica | None, news: Partners, fraction: float, way: float 
     if replica is None:
         deflections = [Deflection()] + [Deflection(p.deflection) for p in news.partners]
         forces = [0.0] + [p.force for p in news.partners]
-        return Replica(news, after, after, [], _told(news), deflections, forces, [], step=math.nan)
+        return Replica(
+            news, after, after, [], _report(news), deflections, forces, [], step=math.nan
+        )
     if replica.news.users == news.users:
         bends = list[float]()
         if fraction >= 1.0 and 0.0 < way < math.inf:
@@ -200,12 +202,12 @@ def _bend(then: float, before: float, after: float, way: float) -> float:
     return max(-limit, min(limit, bend))
 
 
-def _told(news: Partners) -> list[HandModel]:
+def _report(news: Partners) -> list[HandModel]:
     """Return the model of the own hand, and of each partner, as a patch says them."""
     return [news.model, *[p.model for p in news.partners]]
 
 
-def _glided(models: list[HandModel], told: list[HandModel], dt: float) -> list[HandModel]:
+def _glided(models: list[HandModel], reported: list[HandModel], dt: float) -> list[HandModel]:
     """Return models on their way to those that a patch says, after a time [s].
 
     A server may say anything: a model that jumps throws its hand, and so a force.
@@ -218,7 +220,7 @@ def _glided(models: list[HandModel], told: list[HandModel], dt: float) -> list[H
             now.stiffness
             + max(-limit, min(limit, then.stiffness / now.stiffness - 1.0)) * now.stiffness,
         )
-        for now, then in zip(models, told, strict=True)
+        for now, then in zip(models, reported, strict=True)
     ]
 
 
@@ -241,7 +243,7 @@ class Answer(NamedTuple):
         sight: Surface with the models' forces in place of those that it came with.
         shift: Displacement of the surface by the models [m].
         step: Part of it that fades [m].
-        explained: Change of it since the last period by the own motion and by the models' [m].
+        model_change: Change of it since the last period by the own motion and by the models' [m].
         wished: Change of it since then by what partners want [m].
     """
 
@@ -250,7 +252,7 @@ class Answer(NamedTuple):
     sight: Sight
     shift: float
     step: float
-    explained: float
+    model_change: float
     wished: float
 
 
@@ -290,8 +292,8 @@ def move(
     felt += [0.0] * (len(replica.deflections) - len(felt))
     return Replica(
         replica.news, replica.before, replica.after, replica.bends,
-        _glided(replica.models, _told(replica.news), dt), _moved(replica, felt, dt), felt,
-        answered.wishes, answered.explained, answered.shift, answered.step, recent,
+        _glided(replica.models, _report(replica.news), dt), _moved(replica, felt, dt), felt,
+        answered.wishes, answered.model_change, answered.shift, answered.step, recent,
     )  # fmt: skip
 
 

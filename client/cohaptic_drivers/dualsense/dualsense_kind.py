@@ -86,10 +86,10 @@ def _first_report(link: PadLink, clock: Clock) -> Held:
     end = clock.now() + FIRST_REPORT
     try:
         while clock.now() < end:
-            told = link.poll()
-            if told is not None:
+            reported = link.poll()
+            if reported is not None:
                 link.send(OFF)
-                return told
+                return reported
             clock.sleep_until(clock.now() + 0.001)
     except DeviceError:
         link.close()

@@ -43,7 +43,7 @@ class PadLink:
 
     def __init__(self, device: HidDevice, side: Side, clock: Clock) -> None:
         self._device, self._side, self._clock = device, side, clock
-        self._told: Held | None = None
+        self._report: Held | None = None
         self._trouble: DeviceError | None = None
         # One value, so that the thread never sees the effects of one call with the time of another.
         self._given: tuple[Effects, float] = (OFF, clock.now())
@@ -57,8 +57,8 @@ class PadLink:
         """Return the newest report since the last call; raise DeviceError when the pad is gone."""
         if self._trouble is not None:
             raise self._trouble
-        told, self._told = self._told, None
-        return told
+        reported, self._report = self._report, None
+        return reported
 
     def send(self, effects: Effects) -> None:
         """Set the effects that the thread sends to the pad; raise as `poll`."""
@@ -108,12 +108,12 @@ class PadLink:
         for _ in range(_MAX_STALE):
             if not report:
                 break
-            told = decode(report, self._side)
-            self._bad = 0 if told is not None else self._bad + 1
+            reported = decode(report, self._side)
+            self._bad = 0 if reported is not None else self._bad + 1
             if self._bad >= _MAX_BAD:
                 raise DeviceError(NAME, "what comes from it is no report of a DualSense")
-            spoke = spoke or told is not None
-            self._told = told or self._told
+            spoke = spoke or reported is not None
+            self._report = reported or self._report
             report = self._device.read(SIZE)
         return spoke
 

@@ -75,11 +75,11 @@ class Pad:
         """
         if self._closed:
             raise DeviceError(NAME, "it is closed", "open it again")
-        told = self._link.poll()
+        reported = self._link.poll()
         dt = 0.0 if self._now is None else max(0.0, min(now - self._now, SILENCE))
         self._now = now
-        if told is not None:
-            self._held, self._silent = told, 0.0
+        if reported is not None:
+            self._held, self._silent = reported, 0.0
         else:
             self._silent += dt
         if self._silent > GIVE_UP:

@@ -68,9 +68,9 @@ def _counts(link: BoardLink, clock: Clock) -> int:
     link.poll()
     while True:
         link.send(0.0)
-        told = link.poll()
-        if told is not None:
-            return _whole(told).counts
+        reported = link.poll()
+        if reported is not None:
+            return _whole(reported).counts
         if clock.now() >= end:
             raise DeviceError(NAME, "its board does not answer", "see to its cable")
         clock.sleep_until(clock.now() + _PERIOD)
@@ -113,15 +113,15 @@ def _nudge(link: BoardLink, clock: Clock, amperes: float, enough: float) -> int:
                 if ended():
                     break
                 link.send(amperes * passed / NUDGE_TIME)
-                told = link.poll()
-                moved = moved if told is None else _whole(told).counts - start
+                reported = link.poll()
+                moved = moved if reported is None else _whole(reported).counts - start
                 clock.sleep_until(clock.now() + _PERIOD)
         finally:
             link.send(0.0)
     return moved if abs(moved) >= enough else 0
 
 
-def _whole(told: Report) -> Report:
-    if told.faulty:
+def _whole(reported: Report) -> Report:
+    if reported.faulty:
         raise DeviceError(NAME, "its board says that its sensor failed", "see to its magnet")
-    return told
+    return reported

@@ -104,11 +104,11 @@ class Reader:
             size = _SIZES.get(self._waiting[at + 1]) if self._waiting[at] == _SYNC else None
             if size is not None and len(self._waiting) - at < size:
                 break
-            told = None if size is None else _read(self._waiting[at : at + size])
-            if size is None or told is None:
+            reported = None if size is None else _read(self._waiting[at : at + size])
+            if size is None or reported is None:
                 at, self.skipped = at + 1, self.skipped + 1
             else:
-                found.append(told)
+                found.append(reported)
                 at, self.skipped = at + size, 0
         self._waiting = self._waiting[at:]
         return found

@@ -75,7 +75,7 @@ class Handle:
         self.info = handle_info(unit, force=force, board=board)
         self._metres = unit.sensor_direction / unit.counts(board.counts)  # per count
         self._zero = first.counts
-        self._told = first
+        self._report = first
         self._place = self._speed = 0.0
         self._now: float | None = None
         # s; silence of the board, counted between reads and capped at `SILENCE` for each, because a
@@ -95,12 +95,12 @@ class Handle:
                 motion.
         """
         self._check_open()
-        told = self._link.poll()
+        reported = self._link.poll()
         passed = 0.0 if self._now is None else max(0.0, min(now - self._now, SILENCE))
         self._now = now
         self._silent += passed
-        if told is not None:
-            self._learn(told, now)
+        if reported is not None:
+            self._learn(reported, now)
         if self._silent > GIVE_UP:
             problem = f"its board has been silent for {1e3 * self._silent:.0f} ms"
             raise DeviceError(NAME, problem, "see to its cable")
@@ -108,7 +108,7 @@ class Handle:
         return DeviceSample(
             scale(self._axis, self._place),
             scale(self._axis, self._speed) if fresh else ZERO,
-            buttons=int(self._told.button),
+            buttons=int(self._report.button),
             fresh=fresh,
         )
 
@@ -133,13 +133,13 @@ class Handle:
         if self._closed:
             raise DeviceError(NAME, "it is closed", "open it again")
 
-    def _learn(self, told: Report, now: float) -> None:
-        if told.faulty:
+    def _learn(self, reported: Report, now: float) -> None:
+        if reported.faulty:
             advice = "see to its magnet and its cable, then plug it in again"
             raise DeviceError(NAME, "its board says that its sensor failed", advice)
-        place = self._metres * (told.counts - self._zero)
+        place = self._metres * (reported.counts - self._zero)
         # On the board's own clock, because delays by the cable or by this process are no motion.
-        passed = (told.time - self._told.time) % _WRAP
+        passed = (reported.time - self._report.time) % _WRAP
         if passed > now - self._heard[0] + SILENCE:
             advice = "see to its supply, then start again"
             raise DeviceError(NAME, "its board started anew", advice)
@@ -154,7 +154,7 @@ class Handle:
         else:
             measured = (place - self._place) / passed
             self._speed += (measured - self._speed) * passed / (_FILTER + passed)
-        self._place, self._told, self._silent = place, told, 0.0
+        self._place, self._report, self._silent = place, reported, 0.0
         self._heard = (self._heard[1], now)
 
 

@@ -44,7 +44,7 @@ class BoardLink:
     def __init__(self, port: Port, clock: Clock) -> None:
         self._port, self._clock = port, clock
         self._reader = Reader()
-        self._told: Report | None = None
+        self._report: Report | None = None
         self._described: Description | None = None
         self._sent: float | None = None  # time of the command that still has no report
         self._given = 0.0  # current of the last command [A]
@@ -58,8 +58,8 @@ class BoardLink:
             DeviceError: The port is gone, or the data from it are not of this protocol.
         """
         self._hear()
-        told, self._told = self._told, None
-        return told
+        reported, self._report = self._report, None
+        return reported
 
     def description(self) -> Description | None:
         """Return the description that the board has sent, or None; raise as `poll`."""
@@ -112,11 +112,11 @@ class BoardLink:
 
     def _hear(self) -> None:
         data: bytes = attempt(NAME, lambda: self._port.read(_LONGEST))
-        for told in self._reader.take(data):
-            if isinstance(told, Description):
-                self._described = told
+        for reported in self._reader.take(data):
+            if isinstance(reported, Description):
+                self._described = reported
             else:
-                self._told, self._sent = told, None
+                self._report, self._sent = reported, None
         if self._reader.skipped > _MAX_SKIPPED:
             raise DeviceError(
                 NAME, "what comes from its board is none of its reports", "see its cable"
@@ -158,9 +158,9 @@ def _answer(call: Callable[[], None], answer: Callable[[], Any], clock: Clock) -
     while (called := clock.now()) < end:
         call()
         while clock.now() < called + _CALLS:
-            told = answer()
-            if told is not None:
-                return told
+            reported = answer()
+            if reported is not None:
+                return reported
             clock.sleep_until(clock.now() + 0.001)
     return None
 

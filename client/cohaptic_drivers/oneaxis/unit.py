@@ -59,8 +59,8 @@ class Unit:
         Args:
             per_turn: Counts per turn of the motor, as the board reports them.
         """
-        told = self.counts_per_metre
-        return told or per_turn * self.gear / (2.0 * math.pi * self.handle_radius)
+        reported = self.counts_per_metre
+        return reported or per_turn * self.gear / (2.0 * math.pi * self.handle_radius)
 
     def current(self, force: float) -> float:
         """Return the current [A] for a force [N] away from the user; 0 without torque constant."""

@@ -140,10 +140,10 @@ def watchdog_of(library: ctypes.CDLL, number: int) -> int | None:
     """
     value = ctypes.c_ubyte()
     try:
-        told = library.dhdGetWatchdog(ctypes.byref(value), ctypes.c_byte(number))
+        reported = library.dhdGetWatchdog(ctypes.byref(value), ctypes.c_byte(number))
     except AttributeError:  # a library of before 3.3.2
         return None
-    return value.value if told == 0 else None
+    return value.value if reported == 0 else None
 
 
 def set_watchdog(library: ctypes.CDLL, number: int, value: int) -> float:

@@ -6,6 +6,6 @@ Terms:
     board: Electronics of an arm: the serial board, or a HID board of generation h1, h2 or h3.
     counts: Position as an encoder reports it, a number without a unit.
     home pose: Pose of an arm in which the counters are set to zero.
-    told: Report of a board: counts, button and errors (`Told`).
+    reported: Report of a board: counts, button and errors (`Told`).
     unit: One particular arm, with the values of its kind or of its TOML file.
 """

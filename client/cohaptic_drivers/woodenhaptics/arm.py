@@ -14,7 +14,7 @@ from cohaptic_drivers.woodenhaptics.kinematics import (
     pose_at,
     resolution,
 )
-from cohaptic_drivers.woodenhaptics.reports import Told
+from cohaptic_drivers.woodenhaptics.reports import Reported
 from cohaptic_drivers.woodenhaptics.unit import Unit
 
 NAME = "woodenhaptics"
@@ -32,7 +32,7 @@ _FASTEST = 1.5  # m/s; speed of the hand that is allowed besides `_JUMP`, after 
 class Link(Protocol):
     """Connection to a board; none of its calls waits for the board."""
 
-    def poll(self, now: float) -> Told | None:
+    def poll(self, now: float) -> Reported | None:
         """Return the newest report since the last call; raise DeviceError if the board is gone."""
         ...
 
@@ -66,7 +66,7 @@ class WoodenArm:
         self,
         unit: Unit,
         link: Link,
-        first: Told,
+        first: Reported,
         *,
         force: bool = True,
         home_here: bool = False,
@@ -101,12 +101,12 @@ class WoodenArm:
             raise DeviceError(NAME, "it is closed", "open it again")
         if self._heard is None:
             self._heard = now
-        told = self._link.poll(now)
+        reported = self._link.poll(now)
         passed = 0.0 if self._now is None else max(0.0, min(now - self._now, SILENCE))
         self._now = now
         self._silent += passed
-        if told is not None:
-            self._learn(told, now)
+        if reported is not None:
+            self._learn(reported, now)
         if self._silent > GIVE_UP:
             problem = f"its board has been silent for {1e3 * self._silent:.0f} ms"
             raise DeviceError(NAME, problem, "see to its cable")
@@ -136,8 +136,8 @@ class WoodenArm:
             self._closed = True
             self._link.close()
 
-    def _learn(self, told: Told, now: float) -> None:
-        pose = self._pose_of(told)
+    def _learn(self, reported: Reported, now: float) -> None:
+        pose = self._pose_of(reported)
         assert self._heard is not None
         dt = now - self._heard
         largest = _JUMP + _FASTEST * max(0.0, dt)
@@ -154,11 +154,11 @@ class WoodenArm:
             self._velocity = lerp(self._velocity, measured, dt / (_FILTER + dt))
         else:  # two reports at the same time: the next report covers the motion of both
             return
-        self._pose, self._button, self._heard = pose, told.button, now
+        self._pose, self._button, self._heard = pose, reported.button, now
         self._silent = 0.0
 
-    def _pose_of(self, told: Told) -> Pose | None:
-        counts = sub(told.counts, self._zero)
+    def _pose_of(self, reported: Reported) -> Pose | None:
+        counts = sub(reported.counts, self._zero)
         return pose_at(self._unit, joint_angles(self._unit, add(counts, ZERO)))
 
 

@@ -15,7 +15,7 @@ from cohaptic.runtime.scheduling import LOOP_PRIORITY, prefer_this_process
 from cohaptic.vec import ZERO, Vec3
 from cohaptic_client.devices.hid_devices import Entry, HidDevice, hidapi, open_first
 from cohaptic_drivers.woodenhaptics.arm import NAME, SILENCE
-from cohaptic_drivers.woodenhaptics.reports import GENERATIONS, Reports, Told, input_size
+from cohaptic_drivers.woodenhaptics.reports import GENERATIONS, Reported, Reports, input_size
 
 # Vendor and product: the defaults of the mbed library, and those of a Teensy's raw HID.
 PRODUCTS = ((0x1234, 0x0006), (0x16C0, 0x0486))
@@ -40,7 +40,7 @@ class HidLink:
 
     def __init__(self, device: HidDevice, reports: Reports, clock: Clock) -> None:
         self._device, self._reports, self._clock = device, reports, clock
-        self._told: Told | None = None
+        self._report: Reported | None = None
         self._trouble: DeviceError | None = None
         self._given, self._at = ZERO, clock.now()
         self._bad = 0
@@ -48,12 +48,12 @@ class HidLink:
         self._thread = threading.Thread(target=self._run, name=NAME, daemon=True)
         self._thread.start()
 
-    def poll(self, now: float) -> Told | None:
+    def poll(self, now: float) -> Reported | None:
         """Return the newest report since the last call; raise DeviceError if the board is gone."""
         if self._trouble is not None:
             raise self._trouble
-        told, self._told = self._told, None
-        return told
+        reported, self._report = self._report, None
+        return reported
 
     def send(self, milliamps: Vec3) -> None:
         """Set the currents [mA] that the next report sends; raise as `poll`."""
@@ -104,11 +104,11 @@ class HidLink:
             if not report:
                 return spoke
             spoke = True
-            told = self._reports.decode(bytes(report))
-            self._bad = 0 if told is not None else self._bad + 1
+            reported = self._reports.decode(bytes(report))
+            self._bad = 0 if reported is not None else self._bad + 1
             if self._bad >= _MAX_BAD:
                 raise DeviceError(NAME, "what comes from its board is no report of it")
-            self._told = told or self._told
+            self._report = reported or self._report
             if self._reports.waits:
                 return True
             report = self._device.read(size)

@@ -18,7 +18,7 @@ _PRESSED = 5000
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class Reported:
     """A report of a board.
 
     Args:
@@ -40,13 +40,13 @@ def command_line(milliamps: Vec3) -> bytes:
     return f"[{a},{b},{c}]\n".encode().ljust(LINE, b"\0")
 
 
-def read_answer(line: bytes) -> Told | None:
+def read_answer(line: bytes) -> Reported | None:
     """Read a line from the serial board; return None if it is not an answer."""
     found = _ANSWER.fullmatch(line.strip(b"\0\r\n "))
     if found is None:
         return None
     model, a, b, c, *_, error = (int(each) for each in found[1].split(b","))
-    return Told((float(a), float(b), float(c)), model=model, error=error & ~_WRIST)
+    return Reported((float(a), float(b), float(c)), model=model, error=error & ~_WRIST)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,15 +63,15 @@ class Reports:
     size: int
     waits: bool
 
-    def decode(self, report: bytes) -> Told | None:
+    def decode(self, report: bytes) -> Reported | None:
         """Decode a report; return None for one of another length."""
         if len(report) != self.size:
             return None
         if not self.waits:
             a, b, c, _count = struct.unpack("<4h", report)
-            return Told((a, b, c))
+            return Reported((a, b, c))
         a, b, c, d, _e, _f, _info = struct.unpack_from("<7h", report)
-        return Told((a, b, c), button=d > _PRESSED)
+        return Reported((a, b, c), button=d > _PRESSED)
 
     def encode(self, milliamps: Vec3) -> bytes:
         """Encode motor currents [mA] as a report, after the 0 that marks an unnumbered report."""

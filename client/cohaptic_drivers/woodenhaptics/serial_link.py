@@ -12,7 +12,7 @@ from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO, Vec3
 from cohaptic_client.devices.serial_ports import Port, attempt, list_ports, open_port
 from cohaptic_drivers.woodenhaptics.arm import NAME
-from cohaptic_drivers.woodenhaptics.reports import Told, command_line, read_answer
+from cohaptic_drivers.woodenhaptics.reports import Reported, command_line, read_answer
 
 _LONGEST = 4096  # bytes that may wait to be read; an answer has 60
 _PATIENCE = 0.005  # s to wait for an answer; then the next command goes out without it
@@ -35,20 +35,20 @@ class SerialLink:
         self._port, self._clock = port, clock
         self._rest = b""
         self._bad = 0
-        self._told: Told | None = None
+        self._report: Reported | None = None
         self._sent: float | None = None  # time of the command that still has no answer
         self._given = ZERO  # currents of the last command [mA]
         self._closed = False
 
-    def poll(self, now: float) -> Told | None:
+    def poll(self, now: float) -> Reported | None:
         """Return the newest answer since the last call; None without one.
 
         Raises:
             DeviceError: The port is gone, or the data from it are not answers of this board.
         """
         self._hear()
-        told, self._told = self._told, None
-        return told
+        reported, self._report = self._report, None
+        return reported
 
     def send(self, milliamps: Vec3) -> None:
         """Send currents [mA] if the last command has its answer; send a change to zero at once.
@@ -75,17 +75,19 @@ class SerialLink:
     def _hear(self) -> None:
         """Read the answers that have arrived, and keep the newest."""
         for line in self._lines():
-            told = read_answer(line)
-            if told is None or told.error:
+            reported = read_answer(line)
+            if reported is None or reported.error:
                 self._bad += 1
-                problem = "is no answer of it" if told is None else f"tells error {told.error}"
+                problem = (
+                    "is no answer of it" if reported is None else f"tells error {reported.error}"
+                )
                 if self._bad >= _MAX_BAD:
                     raise DeviceError(NAME, f"what comes from its board {problem}", "see its cable")
             else:
                 self._bad = 0
             self._sent = None
             # The counts of an answer with an error are those of the answer before.
-            self._told = told if told is not None and not told.error else self._told
+            self._report = reported if reported is not None and not reported.error else self._report
 
     def close(self) -> None:
         """Send zero currents, then release the port; may be called twice."""
@@ -117,7 +119,7 @@ def may_be_board(port: Any) -> bool:
     return (port.vid, port.pid) == _TEENSY and "haply" not in names
 
 
-def open_serial(path: str, clock: Clock) -> tuple[SerialLink, Told]:
+def open_serial(path: str, clock: Clock) -> tuple[SerialLink, Reported]:
     """Open the board at a port and wait; return its connection and its first answer.
 
     Raises:
@@ -135,16 +137,16 @@ def open_serial(path: str, clock: Clock) -> tuple[SerialLink, Told]:
     return link, first
 
 
-def _first_answer(link: SerialLink, clock: Clock) -> Told | None:
+def _first_answer(link: SerialLink, clock: Clock) -> Reported | None:
     """Repeat a command of zero current, as the port may lose the first; None without an answer."""
     end = clock.now() + _FIRST_ANSWER
     while (now := clock.now()) < end:
         link.send(ZERO)
         called = now
         while clock.now() < called + _CALLS:
-            told = link.poll(clock.now())
-            if told is not None:
-                return told
+            reported = link.poll(clock.now())
+            if reported is not None:
+                return reported
             clock.sleep_until(clock.now() + 0.001)
     return None
 

@@ -19,7 +19,7 @@ from cohaptic_drivers.woodenhaptics.arm import (
     arm_info,
 )
 from cohaptic_drivers.woodenhaptics.hid_link import hid_boards, open_hid
-from cohaptic_drivers.woodenhaptics.reports import GENERATIONS, Told
+from cohaptic_drivers.woodenhaptics.reports import GENERATIONS, Reported
 from cohaptic_drivers.woodenhaptics.serial_link import find_ports, open_serial
 from cohaptic_drivers.woodenhaptics.unit import UNITS, Unit, read_unit
 
@@ -56,7 +56,7 @@ def open_wooden(config: DeviceConfig, clock: Clock | None = None) -> Placed:
     return place(arm, config, middle=ZERO)
 
 
-def _serial_board(choice: DeviceChoice, unit: Unit, clock: Clock) -> tuple[Link, Told]:
+def _serial_board(choice: DeviceChoice, unit: Unit, clock: Clock) -> tuple[Link, Reported]:
     path = choice.text("port")
     if not path:
         ports = [port.device for port in find_ports()]
@@ -76,12 +76,12 @@ def _serial_board(choice: DeviceChoice, unit: Unit, clock: Clock) -> tuple[Link,
     return link, first
 
 
-def _first_report(link: Link, clock: Clock) -> Told:
+def _first_report(link: Link, clock: Clock) -> Reported:
     end = clock.now() + _FIRST_REPORT
     while clock.now() < end:
-        told = link.poll(clock.now())
-        if told is not None:
-            return told
+        reported = link.poll(clock.now())
+        if reported is not None:
+            return reported
         clock.sleep_until(clock.now() + 0.001)
     link.close()
     raise DeviceError(NAME, "its board sends no reports", "see that its firmware is loaded")

@@ -35,7 +35,7 @@ _CHUNK: Final = 0.005  # s in which a liar may leave, come and change its law
 
 
 @dataclass(frozen=True)
-class Told:
+class Reported:
     """What a liar tells of its hand.
 
     Args:
@@ -79,8 +79,8 @@ class Liar:
     max_stiffness: float
     damping: float
     friction: bool
-    a: Told
-    b: Told
+    a: Reported
+    b: Reported
     turn: str
     half: int
     each: int
@@ -90,7 +90,7 @@ class Liar:
     laws: int
 
 
-def _told(r: random.Random) -> Told:
+def _report(r: random.Random) -> Reported:
     def between(low: float, high: float) -> float:
         return math.exp(r.uniform(math.log(low), math.log(high)))
 
@@ -104,7 +104,7 @@ def _told(r: random.Random) -> Told:
             HandModel(0.8, 0.5, 1e4),
         ]
     )
-    return Told(
+    return Reported(
         depth=r.choice([-5.0, -0.02, -0.001, 0.0, 0.005, 0.008, 0.02, 0.05, 0.2, 5.0]),
         force=r.choice([0.0, 0.05, 2.0, 10.0, 10.0, 100.0]),
         aside=r.choice([0.0, 0.0, 0.0, 5.0]),
@@ -123,8 +123,8 @@ def draw(r: random.Random) -> Liar:
         max_stiffness=r.choice([100.0, 2000.0, 1e6]),
         damping=r.choice([0.0, 8.0]),
         friction=r.random() < 0.1,
-        a=_told(r),
-        b=_told(r),
+        a=_report(r),
+        b=_report(r),
         turn=r.choice(["clock", "clock", "velocity", "against", "chance"]),
         half=r.choice([1, 16, 17, 33, 50, 62, 100, 250, r.randrange(5, 500)]),
         each=r.choice([1, 5, 16, 16, 16, 40, 200]),
@@ -141,8 +141,8 @@ def alter(liar: Liar, r: random.Random) -> Liar:
     if name not in ("a", "b"):
         return replace(liar, **{name: getattr(other, name)})
     part = r.choice(list(vars(liar.a)))
-    told = replace(getattr(liar, name), **{part: getattr(getattr(other, name), part)})
-    return replace(liar, **{name: told})
+    reported = replace(getattr(liar, name), **{part: getattr(getattr(other, name), part)})
+    return replace(liar, **{name: reported})
 
 
 class Stage:
@@ -214,19 +214,19 @@ class _Lying(VirtualUser):
         self.count += 1
         if self.count % liar.each:
             return
-        told = liar.a if self._turn(liar, path) else liar.b
+        reported = liar.a if self._turn(liar, path) else liar.b
         self.seq += 1
-        tip = _within(add(path.surface, scale(path.direction, told.depth)), MAX_POSITION)
-        force = add(scale(path.direction, -told.force), (0.0, 0.0, told.aside))
+        tip = _within(add(path.surface, scale(path.direction, reported.depth)), MAX_POSITION)
+        force = add(scale(path.direction, -reported.force), (0.0, 0.0, reported.aside))
         sample = ContactSample(
             self.seq,
             self._tick(liar),
             self._time(liar, now),
             tip,
             _within(force, MAX_FORCE),
-            tip if told.anchored else None,
-            told.deflection,
-            told.model if self.page else None,
+            tip if reported.anchored else None,
+            reported.deflection,
+            reported.model if self.page else None,
         )
         self.up.push(sample.encode(), now)
 

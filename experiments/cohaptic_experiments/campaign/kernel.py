@@ -146,7 +146,7 @@ def haptics(
     next_send = np.random.random(n) * simulation_period  # noqa: NPY002
     next_tick = 0.0
     silent_after = max(SILENT_AFTER, 3.0 * simulation_period)
-    pace = EXTERNAL_RATE * T
+    budget = EXTERNAL_RATE * T
     normal: tuple[float, float, float] = (1.0, 0.0, 0.0)
     figures[:] = 0.0
     for k in range(steps):
@@ -191,14 +191,14 @@ def haptics(
                 own_from[i, 2] + fraction * (own_to[i, 2] - own_from[i, 2]),
             )
             k_h, c_ii = gains[i, 0], C[3 * i, 3 * i]
-            own_way, own_pace = -way[0], pace
+            own_way, own_budget = -way[0], budget
             if faded[i] < 1.0:
-                own_pace -= SAFETY_FADE_RATE * T
+                own_budget -= SAFETY_FADE_RATE * T
             if mu > 0.0:
-                own_pace *= 0.5
+                own_budget *= 0.5
             depth = shown[0] - x[i, 0]
             if faded[i] > 0.0:
-                depth = hold_back(pressed_on[i] + own_way, depth, own_pace / k_h)
+                depth = hold_back(pressed_on[i] + own_way, depth, own_budget / k_h)
             pressed_on[i] = depth
             block = Compliance3(
                 c_ii, C[3 * i + 1, 3 * i + 1], C[3 * i + 2, 3 * i + 2],
@@ -222,7 +222,7 @@ def haptics(
                         MAX_FORCE,
                         T,
                         own_way,
-                        own_pace,
+                        own_budget,
                     )
                     integral[i], ramp[i], depth_before[i] = state.force, state.ramp, state.depth
                 else:
@@ -235,7 +235,16 @@ def haptics(
             if mu > 0.0:
                 part = min(1.0, k_h * c_ii)
                 sticks[i] = friction_step(
-                    sticks[i], way, shown, normal, f, block, mu, part, device[i, 2], 0.5 * own_pace
+                    sticks[i],
+                    way,
+                    shown,
+                    normal,
+                    f,
+                    block,
+                    mu,
+                    part,
+                    device[i, 2],
+                    0.5 * own_budget,
                 )
                 along = sticks[i].force
                 both = add(scale(normal, f), add(scale(normal, f), along))
@@ -273,8 +282,8 @@ def haptics(
                 # Friction is a share mu of a normal force that the motion changes.
                 left = norm(step) - (1.0 + mu) * device[i, 2] * norm(way)
             else:
-                explained = k_h * own_way
-                left = max(step[0] - max(0.0, explained), min(0.0, explained) - step[0])
+                expected = k_h * own_way
+                left = max(step[0] - max(0.0, expected), min(0.0, expected) - step[0])
             if now > 0.1:
                 figures[2] = max(figures[2], left)
             if faded[i] < 1.0:

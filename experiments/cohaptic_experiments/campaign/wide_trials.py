@@ -44,7 +44,7 @@ def draw_wide(seed: int, index: int, seconds: float) -> Trial:
     k_o = math.exp(rng.uniform(math.log(50.0), math.log(10_000.0)))
     device = np.exp(rng.uniform(math.log(500.0), math.log(5000.0), n))
     budget = rng.choice(BUDGETS, n)
-    rough = bool(rng.integers(0, 2))
+    frictional = bool(rng.integers(0, 2))
     far = bool(rng.integers(0, 4) == 0)
     # A device that renders K stably has physical damping of at least K T / 2 (Colgate). Its budget
     # and the hand's own damping come on top of that.
@@ -64,9 +64,9 @@ def draw_wide(seed: int, index: int, seconds: float) -> Trial:
         seed=int(rng.integers(0, 2**31)),
         max_stiffness=device,
         budget=budget,
-        friction=rng.uniform(0.1, 0.8, n) if rough else np.zeros(n),
+        friction=rng.uniform(0.1, 0.8, n) if frictional else np.zeros(n),
         loss=rng.uniform(0.0, 0.05, n) * float(rng.integers(0, 2)),
-        motion=_motion(rng, n, QUIET * seconds, sideways=rough),
+        motion=_motion(rng, n, QUIET * seconds, sideways=frictional),
         along=float(rng.uniform(0.5, 1.2)),
     )
 

@@ -145,8 +145,8 @@ def play(rooms: Rooms, way: Way) -> Played:
             before = np.where(fresh[..., None], news, before)
             news = np.where(fresh[..., None], came_q, news)
             came = np.where(fresh, now, came)
-            told = sent_models[np.maximum(index, 0), rooms_, hands_]
-            theirs = np.where((ok & fresh[..., None])[..., None], told, theirs)
+            reported = sent_models[np.maximum(index, 0), rooms_, hands_]
+            theirs = np.where((ok & fresh[..., None])[..., None], reported, theirs)
         theirs[:, own, own] = models
         fraction = np.minimum(1.0, (now - came + PERIOD) / rooms.tick)[..., None]
         depth = before + fraction * (news - before) - y

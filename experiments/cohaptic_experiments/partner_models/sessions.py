@@ -179,11 +179,11 @@ def play(ensemble: Ensemble, number: int) -> Room:
         )  # fmt: skip
     layer = ensemble.budget > 0.0
     pages = min(n - 1, ensemble.pages)
-    told = tuple(_OF_PAGE[int(rng.integers(0, len(_OF_PAGE)))] for _ in range(pages))
-    hands[n - pages :] = told
+    reported = tuple(_OF_PAGE[int(rng.integers(0, len(_OF_PAGE)))] for _ in range(pages))
+    hands[n - pages :] = reported
     product = Product(
         body, n,
-        Variant(budget=ensemble.budget, layer=layer, models=ensemble.models, pages=told),
+        Variant(budget=ensemble.budget, layer=layer, models=ensemble.models, pages=reported),
     )  # fmt: skip
     devices = [SimulatedDevice(hand, plan, INFO) for hand, plan in zip(hands, plans, strict=True)]
     link = LinkSettings(delay, _JITTER if delay else 0.0, number)

@@ -31,7 +31,7 @@ class Costs:
             elsewhere [s].
         felt: Shortest and longest time until somebody notices the loss and is back [s], if the room
             is there by then.
-        told: Shortest and longest time without touch when a machine is told to end, but for the
+        reported: Shortest and longest time without touch when a machine is told to end, but for the
             start of the room [s].
         alone: Time until the witnesses place rooms by themselves once the head is lost [s].
         asked: Time until a node hears that it has a room, and owns it [s].
@@ -45,7 +45,7 @@ class Costs:
     term: float = 2.63
     noticed: tuple[float, float] = (2.0, 3.0)
     felt: tuple[float, float] = (0.1, 2.5)
-    told: tuple[float, float] = (0.3, 0.9)
+    reported: tuple[float, float] = (0.3, 0.9)
     alone: float = 3.1
     asked: float = 0.45
     look: float = 36e-6
@@ -288,15 +288,15 @@ class World:
             count = int(self.people[room])
             if not count:
                 continue
-            told = cause == "update"
-            at = self.now + self._between(costs.told) if told else noticed
+            reported = cause == "update"
+            at = self.now + self._between(costs.reported) if reported else noticed
             open_at = self._place(room, at)
             if open_at is None:
                 self.record.refused += count
                 self.people[room] = 0
                 continue
             for _ in range(count):
-                back = self.now + (0.0 if told else self._between(costs.felt))
+                back = self.now + (0.0 if reported else self._between(costs.felt))
                 self.record.silences[cause].append(max(open_at, back) + 0.1 - self.now)
             self.record.asked += count
 

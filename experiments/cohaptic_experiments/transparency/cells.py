@@ -170,7 +170,7 @@ def as_json(row: Row) -> dict[str, Any]:
         "own_phase_deg": _numbers(np.degrees(np.angle(found.own))),
         "bandwidth_hz": _number(found.bandwidth),
         "largest": _number(found.strongest),
-        "explained": _number(found.explained),
+        "explained": _number(found.explained_variance),
         "press": [
             {
                 **{f"{name}_ms": _number(1e3 * t) for name, t in press.late._asdict().items()},

@@ -35,12 +35,12 @@ class Responses:
     Args:
         others: Response of each other hand, shape (users - 1, f) [N/m].
         own: Response of the first hand, shape (f,) [N/m].
-        explained: Least share of the variance of another hand's force that the sines explain.
+        explained_variance: Least share of another hand's variance that the sines explain.
     """
 
     others: Complex
     own: Complex
-    explained: float
+    explained_variance: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,14 +51,14 @@ class Transparency:
         frequencies: Frequencies, rising, shape (f,) [Hz].
         others: Ratio of each other hand, shape (users - 1, f).
         own: Ratio of the first hand, shape (f,).
-        explained: Least share of the variance of another hand's force that the sines explain. Far
+        explained_variance: Least share of another hand's variance that the sines explain. Far
             below 1 the coupling is not linear or not at rest, and ratios say nothing.
     """
 
     frequencies: Floats
     others: Complex
     own: Complex
-    explained: float
+    explained_variance: float
 
     @property
     def weakest(self) -> Floats:
@@ -142,7 +142,7 @@ def measure(
     tips, forces = setting.play(scheme, plans, begin + WINDOW, clamped=True)
     found = _responses(setting, tips, forces)
     others, own = found.others / truth.others, found.own / truth.own
-    return Transparency(np.array(FREQUENCIES), others, own, found.explained)
+    return Transparency(np.array(FREQUENCIES), others, own, found.explained_variance)
 
 
 def true_responses(setting: Setting, fastest: float = GENTLE) -> Responses:
@@ -157,9 +157,9 @@ def _responses(setting: Setting, tips: Floats, forces: Floats) -> Responses:
     n = round(WINDOW / PERIOD)
     inward = np.array(setting.intentions()[0].direction)
     depth, felt = _at_frequencies(inward @ tips[0, :, -n:]), _at_frequencies(forces[:, -n:])
-    explained = 0.5 * (np.abs(felt[1:]) ** 2).sum(axis=1) / forces[1:, -n:].var(axis=1)
+    explained_variance = 0.5 * (np.abs(felt[1:]) ** 2).sum(axis=1) / forces[1:, -n:].var(axis=1)
     ratios = felt / depth
-    return Responses(ratios[1:], ratios[0], float(explained.min()))
+    return Responses(ratios[1:], ratios[0], float(explained_variance.min()))
 
 
 def _at_frequencies(values: Floats) -> Complex:

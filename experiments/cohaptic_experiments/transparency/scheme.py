@@ -111,7 +111,9 @@ class SchemeSession(Generic[Up, Down]):
         for k in range(steps):
             self.now += PERIOD
             for user, line in enumerate(self._up):
-                self._came[user] += [Arrived(self.now, told) for told in line.pop_due(self.now)]
+                self._came[user] += [
+                    Arrived(self.now, reported) for reported in line.pop_due(self.now)
+                ]
             if self.now >= self._next_tick:
                 self._next_tick += self.scheme.period * self._periods()
                 for user, message in self.scheme.server(self.now, self._came).items():
@@ -119,10 +121,10 @@ class SchemeSession(Generic[Up, Down]):
                 self._came = {user: [] for user in range(n)}
             for user, device in enumerate(self.devices):
                 sample, inbox = device.read(self.now), self._down[user].pop_due(self.now)
-                force, told = self.scheme.client(user, self.now, sample, inbox)
+                force, reported = self.scheme.client(user, self.now, sample, inbox)
                 device.write(force)
-                if told is not None:
-                    self._up[user].push(told, self.now)
+                if reported is not None:
+                    self._up[user].push(reported, self.now)
                 tips[user, :, k], forces[user, k] = sample.position, norm(force)
         return tips, forces
 

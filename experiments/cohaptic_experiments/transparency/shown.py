@@ -44,7 +44,7 @@ def over_frequency(rows: Sequence[Row], title: str, values: Callable[[Transparen
     for row in rows:
         found = row.transparency
         at = np.searchsorted(found.frequencies, _SHOWN)
-        if not found.explained >= LINEAR:  # NaN too
+        if not found.explained_variance >= LINEAR:  # NaN too
             table.add_row(name(row.cell), *["-"] * len(_SHOWN))
             continue
         table.add_row(name(row.cell), *(f"{v:{form}}" for v in values(found)[at].tolist()))
@@ -59,7 +59,7 @@ def of_others(rows: Sequence[Row]) -> Group:
     limits = _table("from -3 dB on, and the largest amplitude at any frequency", "", "-3 dB", "max")
     for row in rows:
         found = row.transparency
-        if found.explained >= LINEAR:
+        if found.explained_variance >= LINEAR:
             limits.add_row(name(row.cell), _hertz(found.bandwidth), f"{found.strongest:.2f}")
     felt = "what one hand feels of another, over the truth (-: not linear)"
     own = "one's own object beside the others, over the truth"
@@ -164,7 +164,7 @@ def picture(rows: Sequence[Row]) -> Figure:
     looks = {Law.PREDICTIVE: "-", Law.PI: ":", Law.PROPORTIONAL: "--"}
     figure = canvas(7.2, 3.4)
     left, middle, right = figure.subplots(1, 3)
-    linear = [row for row in rows if row.transparency.explained >= LINEAR]
+    linear = [row for row in rows if row.transparency.explained_variance >= LINEAR]
     for k, row in enumerate(linear):
         found = row.transparency
         style = {"color": colors[k % len(colors)], "linestyle": looks[row.cell.law]}

@@ -27,7 +27,7 @@ _NAMESPACE: Final = "cohaptic"
 _EVERY = 0.25  # s between two looks; a tenth of a lease
 # A look takes 36 us for each room, and the next one comes after this many times as long at least.
 _PAUSE: Final = 2.0
-_TOLD_EVERY = 1.0  # s between two lines without news
+_REPORT_EVERY = 1.0  # s between two lines without news
 _PLACED_WITHIN: Final = 1.0  # s in which Ray usually finds a machine for a room
 _SOON: Final = 0.05  # s between two looks at such a room
 # Of the one unit that each machine has of the resource with its name, for a room that is there.
@@ -49,7 +49,7 @@ class _Rooms:
     def placed(self) -> dict[str, str]:
         """Return the machine of each room; empty for one that has none now."""
         table: Mapping[str, Any] = self._groups.placement_group_table()
-        return self._told(list(table.values()))
+        return self._report(list(table.values()))
 
     def place(self, command: Command, now: float) -> None:
         """Let Ray choose a machine for a room; `news` tells which, if that takes little time."""
@@ -65,17 +65,17 @@ class _Rooms:
         """Return the machines of new rooms that have got one since the last call."""
         found = dict[str, str]()
         for room, (group, until) in list(self._new.items()):
-            told = self._told([self._groups.placement_group_table(group)])
-            if told.get(room) or now > until:
+            reported = self._report([self._groups.placement_group_table(group)])
+            if reported.get(room) or now > until:
                 del self._new[room]
-                found |= told if told.get(room) else {}
+                found |= reported if reported.get(room) else {}
         return found
 
     def remove(self, room: str) -> None:
         """Place a room nowhere any more."""
         self._groups.remove_placement_group(self._groups.get_placement_group(room))
 
-    def _told(self, table: Sequence[Mapping[str, Any]]) -> dict[str, str]:
+    def _report(self, table: Sequence[Mapping[str, Any]]) -> dict[str, str]:
         machines = {
             node["NodeID"]: str(node["NodeManagerAddress"])
             for node in self._ray.nodes()
@@ -114,12 +114,12 @@ def main(address: str) -> None:
     )  # fmt: skip
     rooms, clock = _Rooms(ray), SystemClock()
     threading.Thread(target=_listen, args=(rooms, clock), daemon=True).start()
-    told, when = Placed(more=True), clock.now()
+    reported, when = Placed(more=True), clock.now()
     while True:
         begin = clock.now()
         line = Placed(rooms=rooms.placed())
-        if line != told or begin - when >= _TOLD_EVERY:
-            told, when = line, begin
+        if line != reported or begin - when >= _REPORT_EVERY:
+            reported, when = line, begin
             print(line.model_dump_json(), flush=True)
         again = begin + max(_EVERY, (1.0 + _PAUSE) * (clock.now() - begin))
         while clock.now() < again:

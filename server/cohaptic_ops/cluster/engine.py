@@ -71,7 +71,7 @@ class Engine:
         self._address, self._clock = address, clock
         self._start, self._leads = start_command(address, host, leads=leads), leads
         self._watches = watches
-        self._told = ""
+        self._report = ""
         self.placed: Mapping[str, str] = {}
         self._on: dict[str, list[str]] = {}
         self._begun, self._heard = clock.now(), float("-inf")
@@ -94,15 +94,15 @@ class Engine:
 
     def tell(self) -> None:
         """Log whether the engine answers, when that changes; only who watches it knows."""
-        state = "answers" if self.reached else "away" if self.away else self._told
-        if not self._watches or state == self._told:
+        state = "answers" if self.reached else "away" if self.away else self._report
+        if not self._watches or state == self._report:
             return
-        self._told, told = state, {"event": f"engine_{state}"}
+        self._report, reported = state, {"event": f"engine_{state}"}
         if state == "answers":
-            log.info("the engine at %s answers", self._address, extra=told)
+            log.info("the engine at %s answers", self._address, extra=reported)
         else:
             words = "the engine at %s does not answer; is that the first machine, and does it run?"
-            log.warning(words + " Witnesses place rooms meanwhile", self._address, extra=told)
+            log.warning(words + " Witnesses place rooms meanwhile", self._address, extra=reported)
 
     def on(self, host: str) -> Sequence[str]:
         """Return the rooms that the engine has placed on a machine."""
@@ -149,9 +149,9 @@ class Engine:
                     process = self._machine = await _run("machine", *self._start)
                     last = await self._read(process, lambda line: False)
             if not self._leaves:
-                told = {"event": "engine_ended"}
+                reported = {"event": "engine_ended"}
                 words = "the engine has ended here, and is started again: %s"
-                log.warning(words, last.decode(errors="replace")[:300], extra=told)
+                log.warning(words, last.decode(errors="replace")[:300], extra=reported)
             restarts = restarts.ended(begun, self._clock.now())
             await asyncio.sleep(_AGAIN + min(restarts.pause, _LONGEST))
 
@@ -162,9 +162,9 @@ class Engine:
             with contextlib.suppress(OSError):
                 process = self._agent = await _run("agent", self._address)
                 last = await self._read(process, self.hear)
-            told = {"event": "engine_lost"}
+            reported = {"event": "engine_lost"}
             words = "the engine at %s cannot be reached: %s"
-            log.warning(words, self._address, last.decode(errors="replace")[:300], extra=told)
+            log.warning(words, self._address, last.decode(errors="replace")[:300], extra=reported)
             restarts = restarts.ended(begun, self._clock.now())
             await asyncio.sleep(_AGAIN + min(restarts.pause, _LONGEST))
 

@@ -45,7 +45,7 @@ _STEP_BACK: Final = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class Here:
+class NodeHooks:
     """What a node wants of its server; nothing of it may wait.
 
     Args:
@@ -93,7 +93,7 @@ class Node:
         term: Duration of a lease [s].
         engine: The engine.
         places: Places of the rooms, as this node wants them if it decides.
-        here: What the node wants of its server.
+        hooks: What the node wants of its server.
         clock: The machine's clock, which the rooms' processes read too.
         processors: Number of processors of this machine.
     """
@@ -104,7 +104,7 @@ class Node:
     term: float
     engine: Engine
     places: Places
-    here: Here
+    hooks: NodeHooks
     clock: Clock
     processors: float
     found: Mapping[str, There] = field(default_factory=dict[str, There])
@@ -247,8 +247,8 @@ class Node:
             if there is None:
                 break
             if there.address == self.address:
-                enters = self.owns(room) and self.here.enter(source)
-                if enters and self.here.take(connection, room, source):
+                enters = self.owns(room) and self.hooks.enter(source)
+                if enters and self.hooks.take(connection, room, source):
                     connection.close()
                     return True
             elif await pass_on(
@@ -262,10 +262,10 @@ class Node:
     def take(self, connection: socket.socket, words: Pass) -> None:
         """Take a connection that another node passes on, or leave it to be closed."""
         epoch = self._claims.epoch(words.room, self.clock.now())
-        if epoch == words.epoch and self.here.enter(words.source):
+        if epoch == words.epoch and self.hooks.enter(words.source):
             with contextlib.suppress(OSError):
                 connection.send(ACCEPTED)  # before the room can write
-            self.here.take(connection, words.room, words.source)
+            self.hooks.take(connection, words.room, words.source)
 
     def answer(self, ask: Ask) -> Answer:
         """Answer a question as a witness; without any grant if this node is none."""
@@ -303,8 +303,8 @@ class Node:
             return ()
         owned, nodes = witness.owned(now), self._nodes.items()
         vacant = self.places.sought(now) - owned.keys()
-        here = {node: count for node, (count, at) in nodes if now - at < self.term / 2.0}
-        shares = share_out(vacant, here, owned, self.places.cores)
+        hooks = {node: count for node, (count, at) in nodes if now - at < self.term / 2.0}
+        shares = share_out(vacant, hooks, owned, self.places.cores)
         return [room for room, chosen in shares.items() if chosen == address]
 
     def _speak(self) -> None:
@@ -319,7 +319,7 @@ class Node:
             address=self.address,
             rooms=self._claims.asked,
             freed={room: epoch for room, (epoch, _) in self._freed.items()},
-            people={room: self.here.people(room) for room in owned},
+            people={room: self.hooks.people(room) for room in owned},
             finds=tuple(self._sought),
             lists=self._lists,
             processors=self.processors if takes_rooms else 0.0,
@@ -388,16 +388,16 @@ class Node:
             self._not_before[room] = now + _STEP_BACK * secrets.randbelow(1000) / 1000.0
         for room in lost:
             if room != PLACING:
-                told = {"event": "room_lost", "room": room}
+                reported = {"event": "room_lost", "room": room}
                 words = "room %s ends here: most witnesses grant it to this machine no more"
-                log.warning(words, room, extra=told)
-                self.here.leave(room)
+                log.warning(words, room, extra=reported)
+                self.hooks.leave(room)
         for room in gained:
             if self._leaves:
                 self.release(room)
             elif room != PLACING:
-                self.here.host(room)
-                self.here.owns(room, self._claims.until(room))
+                self.hooks.host(room)
+                self.hooks.owns(room, self._claims.until(room))
 
     def _tell_witnesses(self, now: float) -> None:
         """Log which witnesses answer, when that changes."""
@@ -409,8 +409,8 @@ class Node:
             answer = f"{count - len(silent)} of {count} witnesses answer"
             if silent:
                 missing = ", ".join(sorted(silent))
-                told = {"event": "witness_lost"}
-                log.warning("%s; silent: %s", answer, missing, extra=told)
+                reported = {"event": "witness_lost"}
+                log.warning("%s; silent: %s", answer, missing, extra=reported)
             else:
                 log.info("%s", answer, extra={"event": "witness_back"})
 
@@ -423,13 +423,13 @@ class Node:
         freed = self._freed.items()
         self._freed = {room: one for room, one in freed if now - one[1] < self.term}
         nodes = self._nodes.items()
-        self._nodes = {node: told for node, told in nodes if now - told[1] < self.term}
+        self._nodes = {node: reported for node, reported in nodes if now - reported[1] < self.term}
         if now - self._beat > _BEAT:
             self._beat = now
             self.engine.beat()
         for room in self._claims.asked:
             if room != PLACING and self.owns(room):
-                self.here.owns(room, self._claims.until(room))
+                self.hooks.owns(room, self._claims.until(room))
         if self._sought:
             self._speak()
         witness = self._witness

@@ -124,8 +124,8 @@ class AdminPort:
                 first = decode(await self._reader.readline())
         if isinstance(first, OpenLine):
             self.url = first.url
-            for told in first.missing:
-                log.warning("admin port: %s", told)
+            for reported in first.missing:
+                log.warning("admin port: %s", reported)
             return
         await self._end()
         if isinstance(first, RefusedLine):

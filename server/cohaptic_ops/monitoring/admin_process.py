@@ -165,12 +165,12 @@ def status(known: Known, now: float) -> dict[str, Any]:
 
 
 def _verdict(request: Request, why: Sequence[str], idle: dict[str, str] | None = None) -> Answer:
-    told: dict[str, Any] = {"ok": not why, "reasons": list(why)}
+    reported: dict[str, Any] = {"ok": not why, "reasons": list(why)}
     if idle is not None:
-        told["not_ticking"] = idle
-    answered = page(request, _JSON, _encode(told))
+        reported["not_ticking"] = idle
+    answered = page(request, _JSON, _encode(reported))
     return answered if not why else replace(answered, status=503, phrase="Service Unavailable")
 
 
-def _encode(told: dict[str, Any]) -> bytes:
-    return json.dumps(told, indent=1).encode() + b"\n"
+def _encode(reported: dict[str, Any]) -> bytes:
+    return json.dumps(reported, indent=1).encode() + b"\n"

@@ -88,14 +88,14 @@ class Gatherer:
             for peer in self._server.lobby.peers
             if peer.user is not None
         }
-        told: list[UserMetrics] = []
+        reported: list[UserMetrics] = []
         for user, member in members.items():
             if user not in self._seats:
                 number = next(n for n in range(1, len(taken) + 2) if n not in taken)
                 taken.add(number)
                 self._seats[user] = _Seat(number, member.seen, member.used)
-            told.append(self._user(member, self._seats[user], skipped.get(user, 0), now))
-        return tuple(sorted(told, key=lambda user: user.seat))
+            reported.append(self._user(member, self._seats[user], skipped.get(user, 0), now))
+        return tuple(sorted(reported, key=lambda user: user.seat))
 
     def _user(self, member: Member, seat: _Seat, skipped: int, now: float) -> UserMetrics:
         world = self._server.room.world

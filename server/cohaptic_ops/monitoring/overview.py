@@ -113,11 +113,11 @@ def lag_words(room: RoomStatus) -> str:
     users = [user for user in metrics.users if user.sets_lag is not None]
     if not users:
         return ""
-    told, many = _names(users), len(users) > 1
+    reported, many = _names(users), len(users) > 1
     if users[0].sets_lag == "delay":
-        why = f"loops of {told} are slowest" if many else f"loop of {told} is slowest"
+        why = f"loops of {reported} are slowest" if many else f"loop of {reported} is slowest"
     else:
-        why = f"device{'s' if many else ''} of {told} may damp least"
+        why = f"device{'s' if many else ''} of {reported} may damp least"
     return f"{_name(room.name)}: lag of {1e3 * metrics.lag:.0f} ms, since the {why}"
 
 
@@ -145,8 +145,8 @@ def wavers_words(room: RoomStatus) -> str:
     if not room.ticking or not users:
         return ""
     largest = 1e3 * max(user.wavers for user in users)
-    told, many = _names(users), len(users) > 1
-    links = f"links of {told} waver" if many else f"link of {told} wavers"
+    reported, many = _names(users), len(users) > 1
+    links = f"links of {reported} waver" if many else f"link of {reported} wavers"
     return f"{_name(room.name)}: the {links}; what comes of it is felt up to {largest:.0f} ms later"
 
 

@@ -229,8 +229,8 @@ def load_config(path: Path) -> RoomsConfig:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ConfigError(path, [f"is not TOML: {error}"]) from error
     if passed_over := [name for name, value in os.environ.items() if _is_of_a_service(name, value)]:
-        told = ", ".join(sorted(passed_over))
-        log.info("passed over what tells of a service called cohaptic-server: %s", told)
+        sentence = ", ".join(sorted(passed_over))
+        log.info("passed over what tells of a service called cohaptic-server: %s", sentence)
     _check_environment(path, os.environ)
     try:
         sourced: Any = _sourced(written)  # called without arguments: its values come from sources

@@ -133,7 +133,7 @@ class Keeper:
         self._until = FOREVER
 
     @property
-    def told_state(self) -> str:
+    def reported_state(self) -> str:
         """State for the admin port; a room that starts on demand counts as idle while it starts.
 
         So the server stays ready meanwhile.
@@ -203,11 +203,11 @@ class Keeper:
             if self._stopping.is_set():
                 break
             pause = self.restarts.pause
-            told = f", {self.problem}" if self.problem else ""
+            sentence = f", {self.problem}" if self.problem else ""
             log.warning(
                 "room %s has ended%s; it is started again%s",
-                self.name, told, f" in {pause:g} s" if pause else "",
-                extra=self._told("room_ended"),
+                self.name, sentence, f" in {pause:g} s" if pause else "",
+                extra=self._report("room_ended"),
             )  # fmt: skip
             await self._pause(pause or 1e-3)
             if self._idle is not None and self.problem:
@@ -283,7 +283,9 @@ class Keeper:
         except OSError as error:
             self.problem = f"its process cannot be started: {error.strerror}"
         except EOFError:  # the starter has ended before it forked the room
-            log.warning("room %s was not started", self.name, extra=self._told("room_not_started"))
+            log.warning(
+                "room %s was not started", self.name, extra=self._report("room_not_started")
+            )
         finally:
             if self._channel is None:
                 control.close()
@@ -308,12 +310,12 @@ class Keeper:
                 self._heard = now  # opening a room may take minutes
             silent = now - self._heard
             if silent >= house.silence:
-                told = self._told("room_silent")
-                log.warning("room %s says nothing for %.1f s", self.name, silent, extra=told)
+                reported = self._report("room_silent")
+                log.warning("room %s says nothing for %.1f s", self.name, silent, extra=reported)
                 return
             if self._is_to_rest(now) and self._channel is not None:
                 log.info("room %s is idle; it starts when somebody comes", self.name,
-                         extra=self._told("room_idle"))  # fmt: skip
+                         extra=self._report("room_idle"))  # fmt: skip
                 # New connections now wait for the next process; `_end` closes the old entrance.
                 self._entrance, self.state = None, "idle"
                 self._channel.tell(Stop())
@@ -359,7 +361,7 @@ class Keeper:
         if self._entrance is entrance:
             self._entrance = None
 
-    def _told(self, event: str) -> dict[str, str]:
+    def _report(self, event: str) -> dict[str, str]:
         return {"event": event, "room": self.name}
 
     def _hear(self, line: Line) -> None:
@@ -376,8 +378,11 @@ class Keeper:
                 self._ready = self._heard = house.clock.now()
                 took = self._ready - self._started
                 pid = self.process.pid if self.process is not None else None
-                words, told = "room %s is open, process %s, after %.1f s", self._told("room_open")
-                log.info(words, self.name, pid, took, extra=told)
+                words, reported = (
+                    "room %s is open, process %s, after %.1f s",
+                    self._report("room_open"),
+                )
+                log.info(words, self.name, pid, took, extra=reported)
                 self.first.set()
                 house.changed(self)
             case Report():

@@ -133,7 +133,7 @@ def _health(request: Request, rooms: Sequence[RoomState]) -> Answer:
 
 def as_json(rooms: Sequence[RoomState], base: str = "") -> bytes:
     """Return the list of rooms as JSON, with paths below `base`."""
-    told = [
+    reported = [
         {
             "name": room.name,
             "title": room.title,
@@ -146,7 +146,7 @@ def as_json(rooms: Sequence[RoomState], base: str = "") -> bytes:
         }
         for room in rooms
     ]
-    return json.dumps({"rooms": told}, indent=1).encode() + b"\n"
+    return json.dumps({"rooms": reported}, indent=1).encode() + b"\n"
 
 
 # Colours and type as on the page (web/src/styles/base.css).

@@ -17,7 +17,7 @@ from cohaptic.errors import SettingError
 from cohaptic.room_address import below
 from cohaptic_ops.cluster.addresses import at, host_of, is_here, own_address
 from cohaptic_ops.cluster.engine import Engine
-from cohaptic_ops.cluster.node import Here, Node
+from cohaptic_ops.cluster.node import Node, NodeHooks
 from cohaptic_ops.cluster.places import Places
 from cohaptic_ops.monitoring.admin_port import AdminAddress, AdminPort
 from cohaptic_ops.monitoring.lines import RoomLine, ServerLine
@@ -187,7 +187,7 @@ class Supervisor:
         table, rooms = self.config.cluster, self.config.rooms
         always = [name for name, room in rooms.items() if room.idle is None]
         places = Places({name: room.cores for name, room in rooms.items()}, always)
-        here = Here(
+        here = NodeHooks(
             self._host, self._leave, self._owned, self._enter, self._take, self._people,
         )  # fmt: skip
         host = table.host or own_address(table.engine)
@@ -322,7 +322,7 @@ class Supervisor:
             return
         rooms = tuple(
             RoomHealth(
-                name=k.name, state=k.told_state, problem=k.problem, restarts=k.restarts.count
+                name=k.name, state=k.reported_state, problem=k.problem, restarts=k.restarts.count
             )
             for k in self.keepers.values()
         )

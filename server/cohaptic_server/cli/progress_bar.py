@@ -50,12 +50,12 @@ def interruptible() -> Generator[Callable[[], None], None, None]:
         if came:
             raise KeyboardInterrupt
 
-    def told(problem: sys.UnraisableHookArgs) -> None:
+    def report(problem: sys.UnraisableHookArgs) -> None:
         # An ignored KeyboardInterrupt is raised again later, so that no traceback is printed here.
         if not isinstance(problem.exc_value, KeyboardInterrupt):
             others(problem)
 
-    others, sys.unraisablehook = sys.unraisablehook, told
+    others, sys.unraisablehook = sys.unraisablehook, report
     signal.signal(signal.SIGINT, note)
     try:
         yield check

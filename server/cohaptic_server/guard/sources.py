@@ -314,8 +314,8 @@ class Sources:
         if self.open >= limits.open_in_all:
             return Refusal(f"open connections: at most {limits.open_in_all}", 5.0)
         if spend(known.dismissals, 1.0, limits.dismissals, now) is None:
-            told = f"connections that asked for too much: at most {limits.dismissals}"
-            return Refusal(told, wait(known.dismissals, 1.0, limits.dismissals, now))
+            sentence = f"connections that asked for too much: at most {limits.dismissals}"
+            return Refusal(sentence, wait(known.dismissals, 1.0, limits.dismissals, now))
         return None
 
     def _keep(self, source: str, known: _Source, now: float) -> None:

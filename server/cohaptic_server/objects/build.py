@@ -80,13 +80,13 @@ def build(
             costs.append(cost_of(plan, multiplications(SystemClock())))
             check_cost(source, prepared, costs[0])
 
-        def told(phase: str, fraction: float) -> None:
+        def report(phase: str, fraction: float) -> None:
             words = f", {costs[0].words()}" if costs and phase != "storing" else ""
             progress(phase + words, fraction)
 
         tets = held.tets.centred()  # users reach an object wherever it lies in its file
         parts = load_or_make_parts(
-            tets, held.fixed, source.material, told, accept, late=late, moduli=moduli
+            tets, held.fixed, source.material, report, accept, late=late, moduli=moduli
         )
     name = one_line(source.path.stem, 40)
     solid = Solid(tets, held.fixed, source.material, name=name, parts=parts)

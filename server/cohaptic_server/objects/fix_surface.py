@@ -290,13 +290,13 @@ class FixSurface:
         several = len({one.unit for one in ways}) > 1
         long = [f" ({1e3 * np.ptp(self.placed(one), axis=0).max():.3g} mm long)" for one in ways]
         named = [f"{one.option}{words * several}" for one, words in zip(ways, long, strict=True)]
-        told = f"; with {' or '.join(named)} some of it would be"
+        sentence = f"; with {' or '.join(named)} some of it would be"
         if len({one.axes for one in ways}) > 1:
-            told += (
+            sentence += (
                 f". Surfaces of 3D Slicer and ITK are {LPS}, those with the axes of NIfTI {RAS};"
                 " cohaptic body inspect --out draws the place"
             )
-        return told
+        return sentence
 
 
 def read_fix_mesh(path: Path) -> tuple[Floats, Ints]:

@@ -191,12 +191,12 @@ _ROWS = (
     ),
     Option(
         "max_memory", "Limit of the memory that the preparation takes [GB].", unit=_GB,
-        limits=Limits(0.5e9, 1e13, "from 0.5 to 10000", told="{:g} GB"), optional=True,
+        limits=Limits(0.5e9, 1e13, "from 0.5 to 10000", reported="{:g} GB"), optional=True,
         shown=f"{MAX_MEMORY / _GB:g}; {_AUTO_MEMORY:g} with --auto", auto=_AUTO_MEMORY,
     ),
     Option(
         "max_time", "Limit of the time to fill it with tetrahedra [s].",
-        limits=Limits(1.0, 1e6, "from 1 to 1e6 s", told="{:g} s"), optional=True,
+        limits=Limits(1.0, 1e6, "from 1 to 1e6 s", reported="{:g} s"), optional=True,
         shown=f"{MAX_TIME:g}; {_AUTO_TIME:g} with --auto", auto=_AUTO_TIME,
     ),
     Option(

@@ -28,14 +28,14 @@ class Limits:
         limit: Largest value.
         words: The range in words, for an error.
         zero: Whether 0 is allowed, too.
-        told: Format of a value in an error, in the unit of the command line.
+        reported: Format of a value in an error, in the unit of the command line.
     """
 
     least: float
     limit: float
     words: str
     zero: bool = False
-    told: str = "{}"
+    reported: str = "{}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,8 +141,8 @@ class Option:
         if limits is None or (limits.zero and value == 0):
             return
         if not limits.least <= value <= limits.limit:
-            told = value if self.unit == 1.0 else value / self.unit
-            raise SettingError(self.flag, limits.told.format(told), limits.words)
+            reported = value if self.unit == 1.0 else value / self.unit
+            raise SettingError(self.flag, limits.reported.format(reported), limits.words)
 
 
 @dataclass(frozen=True, slots=True)

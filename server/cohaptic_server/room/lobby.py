@@ -170,8 +170,8 @@ class Lobby:
         outcome = Outcome()
         problem = self.audience.problem
         if problem is not None and problem != self._scene_problem:
-            told = f"the scene cannot be shown: {problem}"
-            outcome.say("no_scene", told, warning=True)
+            sentence = f"the scene cannot be shown: {problem}"
+            outcome.say("no_scene", sentence, warning=True)
         self._scene_problem = problem
         return outcome
 
@@ -217,15 +217,15 @@ class Lobby:
             self.audience.leave(peer.session)
             outcome.say("watcher_left", f"one who watches left: {reason}", peer.source)
         elif (name := self.reception.waiting.leave(peer, self._ticked)) is not None:
-            told = f"{name} waits no more: {reason}"
-            outcome.say("waits_no_more", told, peer.source, user=name)
+            sentence = f"{name} waits no more: {reason}"
+            outcome.say("waits_no_more", sentence, peer.source, user=name)
         elif peer.user is None:
             outcome.say("refused", f"a client was refused: {reason}", peer.source)
         else:
             left = self.room.leave(peer.user, reason, lost, seat=not peer.farewell)
             if left is not None:
-                told = f"{left.name} left: {reason}"
-                outcome.say("left", told, peer.source, user=left.name)
+                sentence = f"{left.name} left: {reason}"
+                outcome.say("left", sentence, peer.source, user=left.name)
                 tell_others(self.peers, peer, left, outcome)
         return outcome
 
@@ -244,8 +244,8 @@ class Lobby:
         session.send_patch(patch)
         if session.problem and not previous_problem and peer.user is not None:
             name = self.room.members[peer.user].hello.name
-            told = f"{name} gets no patch: {session.problem}"
-            outcome.say("no_patch", told, peer.source, user=name, warning=True)
+            sentence = f"{name} gets no patch: {session.problem}"
+            outcome.say("no_patch", sentence, peer.source, user=name, warning=True)
 
     def _handle_events(
         self, peer: Peer, session: ServerSession, now: float, to_wall: float, outcome: Outcome

@@ -90,13 +90,13 @@ def between(a: Touch, b: Touch, at: float, newest: Touch) -> Touch:
         newest: Newest sample, whose participant counts.
     """
     fraction = (at - a.t_client) / (b.t_client - a.t_client)
-    told = b if fraction >= _NEWER else a
+    reported = b if fraction >= _NEWER else a
     return replace(
         newest,
         probe=lerp(a.probe, b.probe, fraction),
         force=lerp(a.force, b.force, fraction),
-        seq=told.seq,
-        tick=told.tick,
+        seq=reported.seq,
+        tick=reported.tick,
         t_client=at,
         arrived=a.arrived + fraction * (b.arrived - a.arrived),
         anchor=_anchor(a.anchor, b.anchor, fraction),

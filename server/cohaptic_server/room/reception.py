@@ -227,8 +227,8 @@ class Reception:
         mesh = self.room.frames.touch_mesh() if hello.geometry == "mesh" else None
         changes = {"to_wall": to_wall, "session": token}
         session.accept(welcome.model_copy(update=changes), mesh)
-        told = f"{hello.name} joined with {hello.law.value}"
-        outcome.say("joined", told, peer.source, user=hello.name)
+        sentence = f"{hello.name} joined with {hello.law.value}"
+        outcome.say("joined", sentence, peer.source, user=hello.name)
         tell_others(self.peers, peer, joined, outcome)
         if self.room.members[welcome.user].muted:  # the user is new under this number
             tell_restraints(self.room, self.peers, outcome)

@@ -197,8 +197,8 @@ class Gate:
         """Write a log line, unless the rate limit of its source is reached."""
         if self._lines.pass_on(line.source, self.clock.now()):
             level = logging.WARNING if line.warning else logging.INFO
-            told = {"event": line.event, "user": line.user, "source": line.source}
-            log.log(level, "%s", line.text, extra=told)
+            reported = {"event": line.event, "user": line.user, "source": line.source}
+            log.log(level, "%s", line.text, extra=reported)
 
     def admit(self, source: str) -> Refusal | None:
         """Count a new connection if the limits allow it.
@@ -267,8 +267,8 @@ class Gate:
             return
         self._next_report = now + 1.0
         for source, count in self._lines.left_out(now, after):
-            told = {"event": "lines_left_out", "source": source}
-            log.warning("%d lines about %s were left out", count, source, extra=told)
+            reported = {"event": "lines_left_out", "source": source}
+            log.warning("%d lines about %s were left out", count, source, extra=reported)
 
 
 class Turns:

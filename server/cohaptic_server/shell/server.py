@@ -338,9 +338,9 @@ class CohapticServer:
                 left = None
         if left is None:
             return
-        told = f"{subprotocol} of {ws.source} has failed: {one_line(repr(left), 200)}"
-        self.gate.tell(ws.source, "endpoint_failed", told, warning=True)
-        log.debug("%s", told, exc_info=left)
+        sentence = f"{subprotocol} of {ws.source} has failed: {one_line(repr(left), 200)}"
+        self.gate.tell(ws.source, "endpoint_failed", sentence, warning=True)
+        log.debug("%s", sentence, exc_info=left)
 
     async def _handle(self, ws: Wire) -> None:
         """Serve one websocket, from its first message to its close."""

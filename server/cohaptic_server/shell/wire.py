@@ -325,8 +325,8 @@ class Wire(ServerConnection):
         self.transport.pause_reading()
         self._gate.sources.dismiss(self.source, self._now())
         self._traffic.spent[error.subject] += 1
-        told = f"{self.source} asked for too much: {error}"
-        self._gate.tell(self.source, "budget_spent", told, warning=True)
+        sentence = f"{self.source} asked for too much: {error}"
+        self._gate.tell(self.source, "budget_spent", sentence, warning=True)
         if self.state is not State.OPEN:
             self.transport.abort()
             return
@@ -343,8 +343,8 @@ class Wire(ServerConnection):
         """Cut the connection if its request has not come in time."""
         if not self._stream.opened:
             self._traffic.refused["no request"] += 1
-            told = f"{self.source} sent no request in {HEAD_TIMEOUT:g} s"
-            self._gate.tell(self.source, "no_request", told)
+            sentence = f"{self.source} sent no request in {HEAD_TIMEOUT:g} s"
+            self._gate.tell(self.source, "no_request", sentence)
             self.transport.abort()
 
 

@@ -12,5 +12,5 @@ Terms:
     nearness: Weight of a user as a neighbour: 1 in contact, 0 for a probe out of reach.
     pressing: Whether the body carries a force of a user, who is then in the room's loop.
     window: Vertices round one contact at which a tick evaluates the free surface.
-    rough: Rows of the users with friction, whose forces may have tangential parts.
+    frictional: Rows of the users with friction, whose forces may have tangential parts.
 """

@@ -89,11 +89,11 @@ def anticipate(
     push = np.einsum("ij,ij->i", moved, frames[:, 2])
     ahead, along = normal.copy(), tangential
     ahead[rows] = np.minimum(tracked.settings[0, rows], np.maximum(0.0, ahead[rows] + push))
-    if tracked.rough:
+    if tracked.frictional:
         along = tangential.copy()
-        rough = np.isin(rows, tracked.rough)
+        frictional = np.isin(rows, tracked.frictional)
         aside = moved - push[:, None] * frames[:, 2]
-        along[rows[rough]] += aside[rough]
+        along[rows[frictional]] += aside[frictional]
     return ahead, along
 
 
@@ -291,7 +291,7 @@ def previous_tangential(last: Applied, tracked: Tracked, present: Floats) -> Flo
         present: 1 for users who press at their contact, 0 for those whose force fades elsewhere.
     """
     was = np.zeros_like(tracked.tangential)
-    for i in tracked.rough:
+    for i in tracked.frictional:
         if (row := tracked.before[i]) >= 0:
             was[i] = present[i] * last.tangential[row]
     projected = np.empty_like(was)

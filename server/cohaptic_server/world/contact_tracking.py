@@ -67,7 +67,7 @@ def track_contacts(
         time: Number, time and period of this tick.
     """
     probes, settings = vectors([touch.probe for touch in touches]), settings_of(touches)
-    rough = [i for i, touch in enumerate(touches) if touch.who.friction]
+    frictional = [i for i, touch in enumerate(touches) if touch.who.friction]
     followed = _places_to_follow(state, touches, before, probes)
     contacts, surfaces, places = _follow(body, state, before, followed, time.elapsed)
     n, frames = len(touches), contacts.frames
@@ -76,7 +76,7 @@ def track_contacts(
     pressed(frames, vectors([touch.force for touch in touches]), settings[0], push)
     requested = np.where(height < MAX_CONTACT_HEIGHT, presence * push, 0.0)
     sideways = np.zeros((n, 3))
-    for i in rough:
+    for i in frictional:
         fraction = scale(touches[i].force, float(presence[i]))
         sideways[i] = tangential(fraction, vec3(frames[i, 2]), float(requested[i]))
     last = state.users.tracked
@@ -86,8 +86,8 @@ def track_contacts(
     )  # fmt: skip
     delays = _loop_delays(state, touches, before, time)
     return Tracked(
-        touches, before, probes, settings, contacts, presence, requested, sideways, rough, delays,
-        velocity, push, surfaces,
+        touches, before, probes, settings, contacts, presence, requested, sideways, frictional,
+        delays, velocity, push, surfaces,
     )  # fmt: skip
 
 

@@ -71,7 +71,7 @@ def loads_of(
     contacts: Contacts,
     forces: Floats,
     tangential: Floats,
-    rough: Sequence[int],
+    frictional: Sequence[int],
     others: Sequence[Press],
 ) -> tuple[Loads, Ints]:
     """Return the loads of all users, followed by the loads of fading forces.
@@ -80,8 +80,8 @@ def loads_of(
         contacts: Contacts of the users.
         forces: Normal force of each user, shape (n,) [N].
         tangential: Tangential force on each hand, shape (n, 3) [N].
-        rough: Rows of users who may have a tangential force, or whose compliance along the surface
-            is needed.
+        frictional: Rows of users who may have a tangential force, or whose compliance along the
+            surface is needed.
         others: Forces that fade at contacts which their users have left.
 
     Returns:
@@ -91,14 +91,14 @@ def loads_of(
     n = len(forces)
     spans = np.arange(n + 1)
     starts, ends, directions = contacts.starts[:-1], contacts.starts[1:], -contacts.normals
-    if rough:
+    if frictional:
         directions_of = np.ones(n, dtype=np.int64)
-        directions_of[list(rough)] = 3
+        directions_of[list(frictional)] = 3
         owner = np.repeat(np.arange(n), directions_of)
         spans = np.searchsorted(owner, spans)
         starts, ends, directions = starts[owner], ends[owner], directions[owner]
         forces = forces[owner]
-        for i in rough:
+        for i in frictional:
             own = slice(spans[i], spans[i + 1])
             axes = contact_axes(contacts.frames[i, 2])
             directions[own] = -axes

@@ -119,7 +119,7 @@ class Tracked:
         requested: Normal forces that users request, before lag and limits, shape (n,) [N].
         tangential: Tangential forces that users request, before lag and limits; zeros without
             friction, shape (n, 3) [N].
-        rough: Rows of the users who may have a tangential force.
+        frictional: Rows of the users who may have a tangential force.
         delays: Measured delays of the users' loops.
         velocity: Velocity of the probes, smoothed, shape (n, 3) [m/s].
         asked: Normal forces in the users' samples, of those within the devices' limits, shape (n,)
@@ -136,7 +136,7 @@ class Tracked:
     presence: Floats
     requested: Floats
     tangential: Floats
-    rough: Sequence[int]
+    frictional: Sequence[int]
     delays: Sequence[LoopDelay]
     velocity: Floats
     asked: Floats
@@ -210,15 +210,15 @@ class Users(Mapping[int, UserState]):
 
     def _state(self, i: int) -> UserState:
         tracked, applied, observed = self.tracked, self.applied, self.observed
-        rough = tracked.touches[i].who.friction
+        frictional = tracked.touches[i].who.friction
         return UserState(
             touch=tracked.touches[i],
             contact=tracked.contacts.at(i),
             presence=float(applied.presence[i]),
             force=float(applied.force[i]),
-            tangential=applied.tangential[i] if rough else None,
+            tangential=applied.tangential[i] if frictional else None,
             requested=float(tracked.requested[i]),
-            requested_tangential=tracked.tangential[i] if rough else None,
+            requested_tangential=tracked.tangential[i] if frictional else None,
             delay=tracked.delays[i],
             velocity=vec3(tracked.velocity[i]),
             free=None if observed is None else observed.field(i),

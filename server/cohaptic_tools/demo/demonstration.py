@@ -103,14 +103,14 @@ def _prepared(
         ServerSettings(simulation_hz=hz)  # which checks it
     rate, words = rate_for(measure(), scene.users, hz)
     scene = replace(scene, simulation_hz=rate)
-    told = [words]
+    reported = [words]
     with progress_bar(f"preparing {body}") as progress:
         source = options.of(Path(body))
         if is_file(body):
             demand = Demand(scene.users, scene.simulation_hz, nonlinear)
-            source = resolved(source.path, options, progress, told.append, demand)
+            source = resolved(source.path, options, progress, reported.append, demand)
         touched, scene, words = set_up(scene, body, source, nonlinear=nonlinear, progress=progress)
-    for sentence in (*told, words):
+    for sentence in (*reported, words):
         if sentence:
             console.print(sentence, highlight=False)
     serve_arguments = serve_options(body, source, nonlinear=nonlinear, users=scene.users)

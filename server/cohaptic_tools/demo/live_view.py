@@ -43,15 +43,15 @@ def watch(
         DemoFailed: A client has ended, or not all clients were engaged within `GATHER`.
     """
     clock = SystemClock()
-    monitor, told = Monitor(scene, clock.now()), clock.now()
+    monitor, reported = Monitor(scene, clock.now()), clock.now()
     with Live(console=console, refresh_per_second=10, transient=True) as live:
         while not stop.wait(REFRESH):
             now = clock.now()
             monitor.read(stage.statuses(), now)
             if console.is_terminal:
                 live.update(monitor.picture(now, console.width))
-            elif now - told >= EVERY and monitor.statuses:
-                told = now
+            elif now - reported >= EVERY and monitor.statuses:
+                reported = now
                 lines = "; ".join(status_line(user) for user in monitor.statuses)
                 console.print(lines, highlight=False, markup=False, soft_wrap=True)
             if monitor.is_over(now):

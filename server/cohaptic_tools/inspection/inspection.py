@@ -382,8 +382,8 @@ def _place(origin: Vec3) -> list[tuple[str, str]]:
     if origin == ZERO:
         return []
     x, y, z = (f"{1e3 * value:.10g}" for value in origin)
-    told = f"served about the point ({x}, {y}, {z}) mm of its file, times --scale"
-    return [("origin", told)]
+    sentence = f"served about the point ({x}, {y}, {z}) mm of its file, times --scale"
+    return [("origin", sentence)]
 
 
 def _held(shape: SolidShape) -> str:

@@ -102,8 +102,8 @@ def _save(figure: Figure, path: Path, title: str, *, overwrite: bool) -> None:
 def _axis_names(axes_of_file: str) -> list[str]:
     """Names of x, y and z; in the axes of a patient with the directions that they lead to."""
     ends = LETTERS.get(axes_of_file)
-    told = [""] * 3 if ends is None else [f", {start} to {end}" for end, start in ends]
-    return [f"{name} [mm]{words}" for name, words in zip("xyz", told, strict=True)]
+    reported = [""] * 3 if ends is None else [f", {start} to {end}" for end, start in ends]
+    return [f"{name} [mm]{words}" for name, words in zip("xyz", reported, strict=True)]
 
 
 def section(tets: TetMesh, axis: int, at: float) -> tuple[list[Floats], Ints]:

@@ -50,8 +50,8 @@ class ChapterCommand(TyperCommand):
             named = getattr(param, "rich_help_panel", None)
             title = named or ("Arguments" if param.param_type_name == "argument" else FIRST)
             # click puts a default in words into parentheses.
-            told = _IN_PARENTHESES.sub(r"[default: \1]", text)
-            chapters.setdefault(title, []).append((name, told))
+            reported = _IN_PARENTHESES.sub(r"[default: \1]", text)
+            chapters.setdefault(title, []).append((name, reported))
         for title, records in chapters.items():
             if records:
                 with formatter.section(title):

@@ -234,7 +234,7 @@ class MeshSurface:
         fit = self._fit.at(probe[0], probe[1], probe[2], sight.depth)
         if fit is None:
             return sight
-        rough, shown, lost = sight.depth, 1.0, self._error.lost(probe)
+        estimate, shown, lost = sight.depth, 1.0, self._error.lost(probe)
         if lost > 0.0:
             # Far beside the contact the vertices give a better depth of the probe, unless their
             # normals point the other way, as on the far side of a thin part.
@@ -243,8 +243,8 @@ class MeshSurface:
             shown -= lost * (1.0 - smooth(inner / _SEEN))
             theirs = lost * self._facing(nx, ny, nz)
             # Mix magnitudes: two signs could mix to a depth of 0, where the fit finds no vertices.
-            near = abs(rough) + theirs * (abs(depth) - abs(rough))
-            rough += theirs * (depth - rough)
+            near = abs(estimate) + theirs * (abs(depth) - abs(estimate))
+            estimate += theirs * (depth - estimate)
             fit = self._fit.at(probe[0], probe[1], probe[2], near)
             if fit is None:
                 return sight
@@ -253,7 +253,7 @@ class MeshSurface:
         s = shown * smooth((inner - _OUTER) / (enough - _OUTER))
         if s <= 0.0:
             return sight
-        trust, soft, depth_error, c_factor, tx, ty, tz = self._error.at(probe, rough)
+        trust, soft, depth_error, c_factor, tx, ty, tz = self._error.at(probe, estimate)
         s *= trust
         least, limit = min(c_ii, sight.c_ii / _BESIDE), _BESIDE * sight.c_ii
         c_here = min(max(c_ii * c_factor, least), limit)

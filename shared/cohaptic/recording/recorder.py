@@ -146,12 +146,12 @@ class Recorder:
             if self._trouble is not None or self._closing or not self._rows:
                 return
             left_out = self._size + _size(entry) > WAITING
-            told, self._slow = self._slow, self._slow or left_out
+            reported, self._slow = self._slow, self._slow or left_out
             if not left_out:
                 self._waiting.append(entry)
                 self._size += _size(entry)
                 self._changed.notify()
-        if left_out and not told:
+        if left_out and not reported:
             self._tell(f"the disk is too slow for the recording {self._path}: it will have a gap")
 
     def _run(self) -> None:

@@ -35,7 +35,7 @@ EXAMPLES = Path(__file__).parents[3] / "examples/plugin/cohaptic_example"
 
 
 @dataclass
-class Own:
+class OwnHand:
     """A rule that does what a function says."""
 
     act: Callable[[Contact], None]
@@ -51,7 +51,7 @@ class Own:
         return memory + 1
 
 
-class Forgets(Own):
+class Forgets(OwnHand):
     """A rule that does not return its memory."""
 
     def apply(self, memory: int, contact: Contact) -> int:
@@ -83,10 +83,10 @@ def given_and_told(stage: Stage) -> dict[str, float]:
 
 
 def test_four_rules_act_one_after_the_other() -> None:
-    stage = staged(*(Own(weighed, name=f"own_{i}") for i in range(4)))
+    stage = staged(*(OwnHand(weighed, name=f"own_{i}") for i in range(4)))
     stage.press()
-    told = given_and_told(stage)
-    assert [told[f"own_{i}"] for i in range(4)] == pytest.approx(
+    reported = given_and_told(stage)
+    assert [reported[f"own_{i}"] for i in range(4)] == pytest.approx(
         [-0.5 * PRESSED, -0.25 * PRESSED, -0.125 * PRESSED, -0.0625 * PRESSED]
     )
     assert list(entries_in(stage.columns())).index("by_own_3") < list(
@@ -95,7 +95,7 @@ def test_four_rules_act_one_after_the_other() -> None:
 
 
 def test_a_law_takes_the_place_of_ours() -> None:
-    stage = staged(Own(lambda contact: contact.press(0.3 * contact.k_h * contact.depth), True))
+    stage = staged(OwnHand(lambda contact: contact.press(0.3 * contact.k_h * contact.depth), True))
     stage.press()
     assert norm(stage.last.force) == pytest.approx(0.3 * PRESSED)
     assert given_and_told(stage)["own"] == pytest.approx(-0.7 * PRESSED)
@@ -123,7 +123,7 @@ def test_a_rule_that_fails_lets_the_hand_go(act: Callable[[Contact], None], is_l
     stage = Stage()
     stage.press()
     assert norm(stage.last.force) > 1.0
-    stage.chain = with_rules([Own(act, is_law)])
+    stage.chain = with_rules([OwnHand(act, is_law)])
     stage.rest(0.1)
     assert stage.last.force == ZERO
     fault = stage.state.safety.fault
@@ -161,17 +161,17 @@ def stiff_below_zero(contact: Contact) -> None:
 @pytest.mark.parametrize(
     ("rule", "words"),
     [
-        (Own(leaves), "raised SystemExit: 3"),
-        (Own(says_nothing), "raised Mute"),
-        (Own(presses_no_number), "asked for ("),
-        (Own(presses_no_number, is_law=True), "asked for ("),
-        (Own(too_large_for_one_number, is_law=True), "asked for ("),
-        (Own(stiff_below_zero), "said an added stiffness of -1.0 N/m"),
+        (OwnHand(leaves), "raised SystemExit: 3"),
+        (OwnHand(says_nothing), "raised Mute"),
+        (OwnHand(presses_no_number), "asked for ("),
+        (OwnHand(presses_no_number, is_law=True), "asked for ("),
+        (OwnHand(too_large_for_one_number, is_law=True), "asked for ("),
+        (OwnHand(stiff_below_zero), "said an added stiffness of -1.0 N/m"),
         (Forgets(weighed), "returned no memory"),
     ],
     ids=["leaves", "mute", "nan", "nan of a law", "inf", "stiff", "forgets"],
 )
-def test_a_mistake_of_a_rule_is_named(rule: Own, words: str) -> None:
+def test_a_mistake_of_a_rule_is_named(rule: OwnHand, words: str) -> None:
     stage = Stage()
     stage.press()
     stage.chain = with_rules([rule])
@@ -191,11 +191,11 @@ def test_no_rule_moves_a_hand_at_rest_faster_than_others_may(
     asked = iter(wanted * 2)
 
     def act(contact: Contact) -> None:
-        newtons, explained = next(asked)
+        newtons, model_change = next(asked)
         contact.force = (newtons, 0.5 * newtons, 0.0)
-        contact.added_stiffness = contact.added_damping = explained
+        contact.added_stiffness = contact.added_damping = model_change
 
-    stage.chain = with_rules([Own(act)])
+    stage.chain = with_rules([OwnHand(act)])
     for _ in wanted:
         before = stage.last.force
         stage.period(stage.tip)
@@ -220,7 +220,7 @@ def test_a_filter_engages_no_hand_inside_the_object(depth: float) -> None:
 def test_after_a_fault_a_hand_is_engaged_out_of_the_object_only() -> None:
     stage = staged(example("soften"))
     stage.press()
-    chain, stage.chain = stage.chain, with_rules([Own(raises)])
+    chain, stage.chain = stage.chain, with_rules([OwnHand(raises)])
     stage.rest(0.05)
     stage.chain = chain
     stage.rest(0.5)
@@ -228,7 +228,7 @@ def test_after_a_fault_a_hand_is_engaged_out_of_the_object_only() -> None:
 
 
 @dataclass
-class Spring(Own):
+class Spring(OwnHand):
     """`predictive` or `proportional`, as another package would write them."""
 
     act: Callable[[Contact], None] = lambda contact: contact.press(contact.k_h * contact.depth)
@@ -292,7 +292,7 @@ def test_a_limit_behind_pi_does_not_wind_its_integral_up() -> None:
         contact.force = scale(contact.force, min(1.0, 1.2 / (norm(contact.force) or 1.0)))
 
     stage.server = of_pi
-    stage.chain = with_rules([Own(cap)])
+    stage.chain = with_rules([OwnHand(cap)])
     stage.press()
     stage.rest(4.0)
     assert norm(stage.last.force) == pytest.approx(1.2)
@@ -331,15 +331,15 @@ def test_a_law_in_place_of_pi_is_told_as_what_it_is() -> None:
 
     stage.server = of_pi
     stage.press()
-    told = given_and_told(stage)
+    reported = given_and_told(stage)
     force = norm(stage.last.force)
     assert force == pytest.approx(PRESSED, rel=0.2)
     assert stage.last.local.indentation == pytest.approx(force / STIFFNESS, rel=1e-6)
-    assert "leaky" in told
-    assert all(abs(newtons) < 1.5 * PRESSED for newtons in told.values())
+    assert "leaky" in reported
+    assert all(abs(newtons) < 1.5 * PRESSED for newtons in reported.values())
 
 
-@pytest.mark.parametrize("rules", [(), (Own(weighed),), (Own(weighed), Spring())])
+@pytest.mark.parametrize("rules", [(), (OwnHand(weighed),), (OwnHand(weighed), Spring())])
 def test_the_guard_is_whole_and_behind_all_that_is_added(rules: tuple[Any, ...]) -> None:
     """Without `fade` or `fault` a chain would give a force that nobody engaged or checked."""
     names = [rule.name for rule in with_rules(rules)]

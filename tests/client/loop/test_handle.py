@@ -111,7 +111,7 @@ def test_patches_go_in_rows_and_samples_come_out_and_the_end_is_a_fade_to_zero(
     assert loop.status["mode"] == "engaged"
 
     loop.request_stop()
-    told = CLOCK.now()
+    reported = CLOCK.now()
     loop.beat()  # whoever beats on does not take the word back
     loop.wait()
     rows += rows_in(loop.new_rows())
@@ -123,12 +123,12 @@ def test_patches_go_in_rows_and_samples_come_out_and_the_end_is_a_fade_to_zero(
     # It ended by itself: a fade, in which the hand sinks in to where it wants to be, and the leave
     # of a busy machine.
     fade_time = max(CONFIG.limits.fade_time, STIFFNESS * DEPTH / SAFETY_FADE_RATE)
-    assert rows[-1].t - told < fade_time + 0.5
-    fade = [force(row) for row in rows if row.t > told]
+    assert rows[-1].t - reported < fade_time + 0.5
+    fade = [force(row) for row in rows if row.t > reported]
     steepest = PRESSED_FORCE / CONFIG.limits.fade_time
     for a, b in pairwise(rows):
         assert a.t < b.t
-        if a.t > told:
+        if a.t > reported:
             # No faster than the fade; the hand springs back meanwhile, which only adds a little.
             assert abs(force(b) - force(a)) < 2.5 * steepest * (b.t - a.t) + 0.01
     assert fade[0] > 0.9 * PRESSED_FORCE

@@ -89,11 +89,11 @@ def test_the_way_back_begins_where_the_change_stood(
 def test_a_stiff_law_that_goes_does_not_drive_the_friction() -> None:
     """Its gain counts while it fades: friction that came back through it would grow without end."""
     skewed = Compliance3(xx=0.003, yy=0.005, zz=0.004, xy=0.001, xz=0.001, yz=-0.001)
-    told = [replace(PLANE, law=Law.PROPORTIONAL, c_ii=0.004, k_h=8000.0, compliance=skewed)]
-    hand = Held(lambda _: told[0], depth=0.001, device=8000.0, friction=2.0)
+    reported = [replace(PLANE, law=Law.PROPORTIONAL, c_ii=0.004, k_h=8000.0, compliance=skewed)]
+    hand = Held(lambda _: reported[0], depth=0.001, device=8000.0, friction=2.0)
     for k in range(20):
         hand.go((5e-5 * k, 0.0, -0.001))
-    told[0] = replace(told[0], law=Law.PREDICTIVE, k_h=250.0)
+    reported[0] = replace(reported[0], law=Law.PREDICTIVE, k_h=250.0)
     for _ in range(300):
         output = hand.go((1e-3, 0.0, -0.001))
         # What the friction's shift adds to the depth is bounded by that of the depth itself.

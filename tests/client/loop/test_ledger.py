@@ -83,12 +83,12 @@ def test_the_entries_are_the_force_and_nobody_takes_more_than_there_is(
             assert spent <= EXTERNAL_RATE * period.counted * (1.0 + 1e-9)
             if before.sight is not None and period.safety.left == 0.0 and not period.trouble.cause:
                 change = norm(sub(period.force, before.safety.force))
-                assert change <= explained(before, period) + spent_at_limit(period)
+                assert change <= model_change(before, period) + spent_at_limit(period)
             assert period.budget.left >= 0.0
         tip = goal
 
 
-def explained(before: LoopState, period: Period) -> float:
+def model_change(before: LoopState, period: Period) -> float:
     """The change of a force that the hand's own motion explains, now or held back before [N]."""
     velocity = norm(sub(period.sample.velocity, before.safety.velocity))
     damping = max(period.damping, before.passivity.damping)

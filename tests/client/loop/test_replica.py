@@ -17,7 +17,7 @@ from cohaptic.control.hand_model import USUAL_HAND, Deflection, HandModel, defle
 from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.protocol.partners import HEAVIEST, LIGHTEST, MAX_PARTNERS, Partner, Partners
 from cohaptic.vec import ZERO, add, dot, scale, sub
-from cohaptic_client.loop.answer import WISH_RATE, Own, answer
+from cohaptic_client.loop.answer import WISH_RATE, OwnHand, answer
 from cohaptic_client.loop.replica import (
     Answer,
     Replica,
@@ -93,7 +93,7 @@ class Shown:
         assert numbers == []
 
     @classmethod
-    def told(cls, news: Partners) -> Shown:
+    def report(cls, news: Partners) -> Shown:
         """What a patch says."""
         return cls(follow(None, news, 1.0), 1.0)
 
@@ -135,9 +135,9 @@ def test_the_models_of_those_who_stay_go_on_in_whatever_order_others_come_and_go
     )
     news = some(new, seed + 2, 1.0 - weight)
     after = follow(replica, news, fraction)
-    now, says = Shown(after, 0.0), Shown.told(news)
+    now, says = Shown(after, 0.0), Shown.report(news)
     if old == new:
-        now, says = Shown(after, 1.0), Shown.told(news)
+        now, says = Shown(after, 1.0), Shown.report(news)
     assert (now.weight, now.of, now.between) == (says.weight, says.of, says.between)
     for j, user in enumerate((0, *new)):
         if user in (0, *old):
@@ -166,7 +166,7 @@ def ask(
         steady,
         sight,
         fraction,
-        Own(k_h, 1.0 / K_H, LARGEST, 1.0, math.inf, 0.0, 0.0, WISH_RATE),
+        OwnHand(k_h, 1.0 / K_H, LARGEST, 1.0, math.inf, 0.0, 0.0, WISH_RATE),
         DT,
     )
     return found.forces, found.sight
@@ -306,7 +306,7 @@ def test_no_model_leaves_every_workspace_however_its_hand_is_described(
 def test_partners_who_come_or_go_make_no_step(
     first: Partners, news: Partners, sight: Sight, fraction: float
 ) -> None:
-    own = Own(K_H, 1.0 / K_H, LARGEST, 1.0, math.inf, 0.0, 0.0, WISH_RATE)
+    own = OwnHand(K_H, 1.0 / K_H, LARGEST, 1.0, math.inf, 0.0, 0.0, WISH_RATE)
     replica = follow(None, first, 1.0)
     before = answer(replica, sight, 1.0, own, DT)
     replica = follow(move(replica, before, before.forces[0], 0.0), news, 1.0)
@@ -329,7 +329,7 @@ def test_no_device_renders_more_than_it_can(
     max_force = K_H / fraction
     sight = Sight(depth, (0.0, 0.0, 1.0), 1.0 / K_H, ZERO, ZERO)
     replica = replace(follow(None, news, 1.0), step=0.0)
-    own = Own(K_H, 1.0 / K_H, LARGEST, given_fraction, max_force, 0.0, 0.0, WISH_RATE)
+    own = OwnHand(K_H, 1.0 / K_H, LARGEST, given_fraction, max_force, 0.0, 0.0, WISH_RATE)
     found = answer(replica, sight, 1.0, own, DT)
     deeper = Sight(depth + 1e-6, sight.normal, sight.c_ii, ZERO, ZERO)
     more = answer(replica, deeper, 1.0, own, DT)
@@ -343,12 +343,20 @@ def test_a_force_that_the_hand_does_not_get_is_none_for_the_others() -> None:
     replica = replace(follow(None, Partners(1.0, LARGEST, USUAL_HAND, (partner,)), 1.0), step=0.0)
     sight = Sight(0.01, (0.0, 0.0, 1.0), 1.0 / K_H, ZERO, ZERO)
     found = answer(
-        replica, sight, 1.0, Own(K_H, 1.0 / K_H, LARGEST, 0.0, math.inf, 0.0, 0.0, WISH_RATE), DT
+        replica,
+        sight,
+        1.0,
+        OwnHand(K_H, 1.0 / K_H, LARGEST, 0.0, math.inf, 0.0, 0.0, WISH_RATE),
+        DT,
     )
     assert found.forces == [0.0, pytest.approx(0.01 * K_H)]
     weak = Partners(1.0, 1.0, USUAL_HAND, (partner,))  # the body takes no more than 1 N
     replica = replace(follow(None, weak, 1.0), step=0.0)
     found = answer(
-        replica, sight, 1.0, Own(K_H, 1.0 / K_H, LARGEST, 1.0, math.inf, 0.0, 0.0, WISH_RATE), DT
+        replica,
+        sight,
+        1.0,
+        OwnHand(K_H, 1.0 / K_H, LARGEST, 1.0, math.inf, 0.0, 0.0, WISH_RATE),
+        DT,
     )
     assert found.forces[0] == pytest.approx(1.0)

@@ -210,12 +210,12 @@ def test_what_is_left_of_a_standstill_moves_a_force_by_no_more_than_it_was(
     """Beyond the hand's own motion and what others may do, a patch gets nothing of it."""
     limits = replace(LIMITS, stall=1.0)
     state, now = pressing((3.0, 0.0, 0.0)), stood
-    moved, explained = 0.0, 0.0
+    moved, model_change = 0.0, 0.0
     for k, way in enumerate([2.0, *own]):
         after = guard(state, force, now=now, velocity=ZERO, silent=False, limits=limits, own=way)
         moved += norm(sub(after.force, state.force))
-        explained += way + BACKSTOP * EXTERNAL_RATE * (2.0 if k == 0 else 1.0) * PERIOD
-        assert moved <= explained + 1e-9
+        model_change += way + BACKSTOP * EXTERNAL_RATE * (2.0 if k == 0 else 1.0) * PERIOD
+        assert moved <= model_change + 1e-9
         state, now = after, now + PERIOD
 
 

@@ -11,7 +11,7 @@ from cohaptic.cli.app import main
 from cohaptic.vec import scale
 from cohaptic_client.loop.added import Contact, with_rules
 from tests.client.loop.staged import Stage
-from tests.client.loop.test_added import Own
+from tests.client.loop.test_added import OwnHand
 
 
 def run(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[object, str]:
@@ -28,7 +28,7 @@ def halves(contact: Contact) -> None:
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A press with a rule of another package."""
-    stage = Stage(chain=with_rules([Own(halves, name="a_rule_with_a_long_name")]))
+    stage = Stage(chain=with_rules([OwnHand(halves, name="a_rule_with_a_long_name")]))
     stage.press()
     path = tmp_path_factory.mktemp("why") / "ann.npz"
     stage.save(path)
@@ -36,10 +36,10 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_table_and_a_sentence(recorded: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, told = run(capsys, recorded, "--at", 1.7)
+    code, reported = run(capsys, recorded, "--at", 1.7)
     assert code == 0
     assert (
-        told
+        reported
         == """ann, 1.700 s after the beginning:
 
   surface                  +2.000 N  ++++++++++++++++++++++++
@@ -53,12 +53,12 @@ The hand was given 1.00 N: 2.00 N by the surface, less 1.00 N by
 a_rule_with_a_long_name.
 """
     )
-    code, told = run(capsys, recorded, "--at", 0.05)
-    assert "The hand was given no force" in told
+    code, reported = run(capsys, recorded, "--at", 0.05)
+    assert "The hand was given no force" in reported
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "reported"),
     [
         ((), "--at is missing"),
         (("--at", -1), "--at is -1 s; it must be from 0 to 1.799 s"),
@@ -71,13 +71,13 @@ a_rule_with_a_long_name.
     ],
 )
 def test_rubbish_gets_a_sentence(
-    recorded: Path, words: tuple[object, ...], told: str,
+    recorded: Path, words: tuple[object, ...], reported: str,
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
     monkeypatch.chdir(tmp_path)
     code, out = run(capsys, recorded, *words)
     assert code == 2
-    assert told in " ".join(out.split())
+    assert reported in " ".join(out.split())
     assert not list(tmp_path.iterdir())
 
 
@@ -95,9 +95,9 @@ def test_a_recording_without_a_ledger_is_refused_and_one_that_lacks_a_rule_says_
         np.savez(path, **(parts | less))
         return path
 
-    code, told = run(capsys, without("by_gain"), "--at", 1)
+    code, reported = run(capsys, without("by_gain"), "--at", 1)
     assert code == 2
-    assert "a recording with a ledger" in " ".join(told.split())
-    code, told = run(capsys, without("by_a_rule_with_a_long_name"), "--at", 1.7)
+    assert "a recording with a ledger" in " ".join(reported.split())
+    code, reported = run(capsys, without("by_a_rule_with_a_long_name"), "--at", 1.7)
     assert code == 0
-    assert "-1.00 N are in no column of this recording" in " ".join(told.split())
+    assert "-1.00 N are in no column of this recording" in " ".join(reported.split())

@@ -152,10 +152,10 @@ async def hang_up(_: asyncio.StreamReader, __: asyncio.StreamWriter) -> None:
     ],
 )
 def test_a_server_of_another_kind_is_called_that(answer: Answer, words: str) -> None:
-    told = answered_by(answer)
-    assert told.startswith("not a cohaptic server (")
-    assert words in told
-    assert "\n" not in told
+    reported = answered_by(answer)
+    assert reported.startswith("not a cohaptic server (")
+    assert words in reported
+    assert "\n" not in reported
 
 
 def test_a_server_that_takes_nobody_now_says_why() -> None:
@@ -164,7 +164,7 @@ def test_a_server_that_takes_nobody_now_says_why() -> None:
 
 def answered_by(answer: Answer) -> str:
     """Message when a server answers a link so, without the URL."""
-    told = list[str]()
+    reported = list[str]()
 
     async def work() -> None:
         async def handle(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -177,10 +177,10 @@ def answered_by(answer: Answer) -> str:
             url = f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}"
             with pytest.raises(ServerLost) as caught:
                 await Link(url, CLOCK, NOW, NOW).open()
-            told.append(str(caught.value).removeprefix(f"{url}: "))
+            reported.append(str(caught.value).removeprefix(f"{url}: "))
 
     play(work())
-    return told[0]
+    return reported[0]
 
 
 # Talking

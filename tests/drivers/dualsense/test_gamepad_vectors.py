@@ -43,7 +43,10 @@ def reports() -> list[object]:
         _report(size=78, id_=1),
     ]
     return [
-        {"hex": each.hex(), "held": None if (told := decode(each, RIGHT)) is None else asdict(told)}
+        {
+            "hex": each.hex(),
+            "held": None if (reported := decode(each, RIGHT)) is None else asdict(reported),
+        }
         for each in given
     ]
 

@@ -61,12 +61,12 @@ class ScriptedPad:
     """A pad that is told of by a script: a report, a silence of 4 ms, or an error, in turn.
 
     Attributes:
-        told: What it was told, also where that failed.
+        reported: What it was told, also where that failed.
         at: When [s].
     """
 
     def __init__(self, script: list[bytes], clock: ManualClock, loop: int = 10**9) -> None:
-        self.told: list[Effects] = []
+        self.reported: list[Effects] = []
         self.at: list[float] = []
         self.link: PadLink | None = None
         self.made, self.over = threading.Event(), threading.Event()
@@ -92,7 +92,7 @@ class ScriptedPad:
         return list(each)[:size]
 
     def write(self, data: bytes) -> int:
-        self.told.append(understood(data))
+        self.reported.append(understood(data))
         self.at.append(self._clock.now())
         return -1 if self._broken else len(data)
 
@@ -126,8 +126,8 @@ GOOD = pad_report()
 
 def test_unplugged_in_contact_it_is_told_off_even_if_that_cannot_arrive() -> None:
     pad, error = told_by([GOOD] * 10)
-    assert FELT in pad.told
-    assert pad.told[-2:] == [OFF, OFF]
+    assert FELT in pad.reported
+    assert pad.reported[-2:] == [OFF, OFF]
     assert str(error) == (
         "dualsense: it was unplugged (read error); plug it in again, then start again"
     )
@@ -143,11 +143,11 @@ def test_what_changes_all_the_time_is_told_at_most_250_times_a_second() -> None:
 
 def test_a_loop_that_gives_nothing_gets_nothing_felt() -> None:
     pad, _ = told_by([GOOD] * 40, loop=0)
-    assert set(pad.told) == {OFF}
+    assert set(pad.reported) == {OFF}
     stopped, _ = told_by([GOOD] * 60, loop=10)
-    assert stopped.told == [FELT, OFF, OFF, OFF]
+    assert stopped.reported == [FELT, OFF, OFF, OFF]
     soon_over, _ = told_by([GOOD] * 25, loop=10)
-    assert soon_over.told == [FELT, OFF, OFF]
+    assert soon_over.reported == [FELT, OFF, OFF]
 
 
 @pytest.mark.parametrize(("silence", "felt_all_the_time"), [(4, True), (8, False)])
@@ -155,23 +155,23 @@ def test_a_pad_that_is_silent_for_long_gets_nothing_felt(
     silence: int, felt_all_the_time: bool
 ) -> None:
     pad, _ = told_by([*[GOOD] * 10, *[b""] * silence, *[GOOD] * 10])
-    assert (OFF not in pad.told[:-2]) is felt_all_the_time
-    assert pad.told[-3] == FELT
+    assert (OFF not in pad.reported[:-2]) is felt_all_the_time
+    assert pad.reported[-3] == FELT
 
 
 @pytest.mark.parametrize("garbage", [b"\x01" * 63, b"\x01" * 10, b"\x02" * 64, bytes(64)])
 def test_garbage_counts_as_silence_and_a_lot_of_it_as_another_device(garbage: bytes) -> None:
     few, error = told_by([GOOD, *[garbage] * 19, GOOD, *[garbage] * 19, GOOD])
     assert "unplugged" in str(error)
-    assert OFF not in few.told[:-2]
+    assert OFF not in few.reported[:-2]
     many, error = told_by([*[GOOD] * 10, *[garbage] * 25, GOOD])
     assert "what comes from it is no report of a DualSense" in str(error)
-    assert many.told[-2:] == [OFF, OFF]
+    assert many.reported[-2:] == [OFF, OFF]
     slow, _ = told_by([*[GOOD] * 10, *[garbage, b""] * 8, *[GOOD] * 10])
-    assert slow.told == [FELT, OFF, FELT, OFF, OFF]
+    assert slow.reported == [FELT, OFF, FELT, OFF, OFF]
 
 
 def test_a_pad_on_bluetooth_is_told_in_one_sentence() -> None:
     pad, error = told_by([b"\x31" * 64])
     assert str(error) == "dualsense: it is connected by Bluetooth; connect it by cable"
-    assert set(pad.told) == {OFF}
+    assert set(pad.reported) == {OFF}

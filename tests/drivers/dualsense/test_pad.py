@@ -22,7 +22,7 @@ PERIOD = 0.001  # s
 
 class FakeLink:
     def __init__(self) -> None:
-        self.told: Held | None = None
+        self.reported: Held | None = None
         self.given: list[Effects] = []
         self.closed = 0
         self.released = 0
@@ -31,8 +31,8 @@ class FakeLink:
     def poll(self) -> Held | None:
         if self.trouble is not None:
             raise self.trouble
-        told, self.told = self.told, None
-        return told
+        reported, self.reported = self.reported, None
+        return reported
 
     def send(self, effects: Effects) -> None:
         if self.trouble is not None:
@@ -57,7 +57,7 @@ def played(
     samples = list[DeviceSample]()
     for k in range(round(seconds / PERIOD)):
         if k % 4 == 0:
-            link.told = held
+            link.reported = held
         samples.append(pad.read(begin + k * PERIOD))
         pad.write(force)
     return samples
@@ -111,7 +111,7 @@ def test_a_silent_pad_stands_is_told_as_stale_and_then_as_gone() -> None:
     again = pad_on(link)
     played(again, link, moving, 0.1)
     again.read(0.13)
-    link.told = moving
+    link.reported = moving
     back = again.read(0.2)
     assert back.fresh
     assert norm(sub(back.position, last.position)) < 0.15 * 0.02 + 1e-9
@@ -123,7 +123,7 @@ def test_a_process_that_stood_still_does_not_take_the_pad_for_a_silent_one() -> 
     pad = pad_on(link)
     last = played(pad, link, PULLED, 0.1)[-1]
     assert pad.read(5.0).position == last.position
-    link.told = REST
+    link.reported = REST
     assert pad.read(5.001).fresh
 
 
@@ -143,7 +143,7 @@ def test_whatever_hands_clock_and_force_do_samples_are_finite(
     link, now = FakeLink(), 0.0
     pad = pad_on(link)
     for pull, dt, force in way:
-        link.told, now = Held((0.0, 1.0), (1.0, 1.0), pull), now + dt
+        link.reported, now = Held((0.0, 1.0), (1.0, 1.0), pull), now + dt
         sample = pad.read(now)
         assert is_finite(sample.position)
         assert norm(sample.velocity) < 1.5

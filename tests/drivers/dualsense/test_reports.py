@@ -54,5 +54,5 @@ def test_a_report_is_read_as_its_layout_says() -> None:
 def test_the_pad_understands_what_it_is_told(
     start: int, resistance: int, rumble: int, side: Side
 ) -> None:
-    told = Effects(start if resistance else 0, resistance, rumble)
-    assert understood(encode(told, side), side.block) == told
+    reported = Effects(start if resistance else 0, resistance, rumble)
+    assert understood(encode(reported, side), side.block) == reported

@@ -56,7 +56,7 @@ class MockPad:
         self.raw = plug_in(testbed, directory, mock)
         self._says = (pad_report(), math.inf)
         self.silent = True
-        self.told: list[Effects] = []
+        self.reported: list[Effects] = []
         self._testbed = testbed
         self._end: int = testbed.get_dev_fd(mock.node)
         self._ends = threading.Event()
@@ -65,7 +65,7 @@ class MockPad:
 
     @property
     def last(self) -> Effects | None:
-        return self.told[-1] if self.told else None
+        return self.reported[-1] if self.reported else None
 
     def say(self, report: bytes, times: float = math.inf) -> None:
         """Send this from now on, and after so many times nothing."""
@@ -89,7 +89,7 @@ class MockPad:
             while len(waiting) >= 48:
                 report, waiting = waiting[:48], waiting[48:]
                 block = 22 if report[1] & 0x08 else 11
-                self.told.append(understood(report, block))
+                self.reported.append(understood(report, block))
             if CLOCK.now() >= due and not self.silent and sent < says[1]:
                 due, sent = CLOCK.now() + 0.004, sent + 1
                 os.write(self._end, says[0])
@@ -106,7 +106,7 @@ def close(device: Device, pad: MockPad) -> None:
     pad.silent = True
     device.close()
     until(lambda: all(thread.name != NAME for thread in threading.enumerate()))
-    until(lambda: pad.told[-2:] == [OFF, OFF])  # what the driver says last
+    until(lambda: pad.reported[-2:] == [OFF, OFF])  # what the driver says last
 
 
 def sentence_of(action: Callable[[], object]) -> str:
@@ -118,28 +118,30 @@ def sentence_of(action: Callable[[], object]) -> str:
 
 
 def end_of(device: Device) -> str:
-    told: list[str] = []
+    reported: list[str] = []
 
     def ended() -> bool:
-        told.append(sentence_of(lambda: device.read(STEADY.now())))
-        return told[-1] != ""
+        reported.append(sentence_of(lambda: device.read(STEADY.now())))
+        return reported[-1] != ""
 
     until(ended)
-    return told[-1]
+    return reported[-1]
 
 
 def press(device: Device, pad: MockPad, strength: int = 128) -> Effects:
     """Pull the trigger and write a force until all of it is felt at the pad."""
     pad.say(pad_report(r2=155, l2=155))
     until(lambda: device.read(STEADY.now()).position[1] > -0.0925)  # 30 mm * 150/250, from 110 mm
-    before = len(pad.told)
+    before = len(pad.reported)
     felt: list[Effects] = []
 
     def given() -> bool:
         device.read(STEADY.now())
         device.write(PUSH)
-        told = pad.told[before:]  # nothing is felt again where this loop has been late since
-        felt[:] = [each for each in told if each.resistance == strength and each.rumble == 0]
+        reported = pad.reported[
+            before:
+        ]  # nothing is felt again where this loop has been late since
+        felt[:] = [each for each in reported if each.resistance == strength and each.rumble == 0]
         return bool(felt)
 
     until(given)
@@ -148,14 +150,14 @@ def press(device: Device, pad: MockPad, strength: int = 128) -> Effects:
 
 def shaken(device: Device, pad: MockPad) -> int:
     """Reports to the pad under a force that changes all the time."""
-    start, before, k = CLOCK.now(), len(pad.told), 0
+    start, before, k = CLOCK.now(), len(pad.reported), 0
     # A pad that stands still is told later.
-    while (passed := CLOCK.now() - start) < 0.4 or (len(pad.told) == before and passed < 20.0):
+    while (passed := CLOCK.now() - start) < 0.4 or (len(pad.reported) == before and passed < 20.0):
         k += 1
         device.read(STEADY.now())
         device.write((0.0, -0.5 - 0.01 * (k % 100), 0.0))
         CLOCK.sleep_until(CLOCK.now() + 0.001)
-    return len(pad.told) - before
+    return len(pad.reported) - before
 
 
 def stalled(device: Device, pad: MockPad) -> dict[str, object]:
@@ -169,20 +171,20 @@ def stalled(device: Device, pad: MockPad) -> dict[str, object]:
 
 def two_pads(one: MockPad, two: MockPad) -> dict[str, object]:
     seen: dict[str, object] = {"found": [each.choice for each in find_pads()]}
-    rest, first = len(one.told), opened(two, "serial=00:00:01")
+    rest, first = len(one.reported), opened(two, "serial=00:00:01")
     press(first, two)
     close(first, two)
     second = opened(two, "left,number=2")
     seen["left"] = press(second, two).resistance
     close(second, two)
-    seen["other_rests"] = len(one.told) == rest
+    seen["other_rests"] = len(one.reported) == rest
     seen["none"] = sentence_of(lambda: opened(None, "number=3"))
     seen["unknown"] = sentence_of(lambda: opened(None, "serial=7"))
-    two.told.clear()
+    two.reported.clear()
     pulse(opened(two, "number=2"), SteadyClock())  # no knock is passed over
     two.silent = True
     until(lambda: two.last == OFF)
-    seen["knock"] = [max(e.rumble for e in two.told), max(e.resistance for e in two.told)]
+    seen["knock"] = [max(e.rumble for e in two.reported), max(e.resistance for e in two.reported)]
     return seen
 
 
@@ -208,8 +210,8 @@ def bluetooth(pad: MockPad) -> str:
     """What is said of a pad whose reports are those of Bluetooth; older ones may come first."""
     pad.say(b"\x31" * 64, ENOUGH)
     device: list[Device] = []
-    told = sentence_of(lambda: device.append(opened(pad)))
-    return told or end_of(device[0])
+    reported = sentence_of(lambda: device.append(opened(pad)))
+    return reported or end_of(device[0])
 
 
 def main() -> None:

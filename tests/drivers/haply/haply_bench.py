@@ -78,15 +78,15 @@ class Bench:
                 device.read(CLOCK.now())
                 device.write(PUSH)
             except DeviceError as error:
-                told.append(str(error))
-            return bool(told)
+                reported.append(str(error))
+            return bool(reported)
 
-        told: list[str] = []
+        reported: list[str] = []
         until(ended)
-        assert "\n" not in told[0]
+        assert "\n" not in reported[0]
         with pytest.raises(DeviceError):
             device.write(PUSH)
-        return told[0]
+        return reported[0]
 
     def close(self) -> None:
         for device in self.devices:

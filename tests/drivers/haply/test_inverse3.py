@@ -83,9 +83,9 @@ def test_a_grips_button_is_the_switch(bench: Bench) -> None:
 
 def test_the_grip_of_another_hand_is_not_the_switch(bench: Bench) -> None:
     bench.emulator.grips = {"61548": False, "70001": False}
-    told = "haply: there are several grips: 61548, 70001; name one: haply:grip=ID"
-    assert bench.complaint("grip=yes") == told
-    assert bench.complaint("clutch=1") == told
+    sentence = "haply: there are several grips: 61548, 70001; name one: haply:grip=ID"
+    assert bench.complaint("grip=yes") == sentence
+    assert bench.complaint("clutch=1") == sentence
     assert "there is no grip 5; the service has: 61548, 70001" in bench.complaint("grip=5")
     device = bench.open("grip=70001")
     assert device.info.switch
@@ -164,7 +164,7 @@ def test_a_service_that_stalls_holds_no_force_and_is_given_up(
     bench.emulator.silent.set()
     stale = CLOCK.now() + SILENCE
     until(lambda: not device.read(CLOCK.now()).fresh or CLOCK.now() > stale + GIVE_UP)
-    assert "silent" in (told := bench.end_of(device)) or "not answered" in told
+    assert "silent" in (reported := bench.end_of(device)) or "not answered" in reported
     bench.emulator.silent.clear()
     until(lambda: bench.arm.force == ZERO)
 

@@ -62,18 +62,18 @@ def test_no_service_is_told_with_what_to_install() -> None:
     with socket() as unheard:  # nobody else can listen there meanwhile
         unheard.bind(("127.0.0.1", 0))
         port = unheard.getsockname()[1]
-        told = other_address(f"ws://127.0.0.1:{port}")
-    assert f"the Haply service does not run: nothing answers at ws://127.0.0.1:{port}" in told
+        reported = other_address(f"ws://127.0.0.1:{port}")
+    assert f"the Haply service does not run: nothing answers at ws://127.0.0.1:{port}" in reported
 
 
 def test_another_websocket_at_the_address_is_not_the_service() -> None:
     with serve(lambda c: c.send('{"type": "welcome"}'), "127.0.0.1", 0) as server:
         thread = Thread(target=server.serve_forever)
         thread.start()
-        told = other_address(f"ws://127.0.0.1:{server.socket.getsockname()[1]}")
+        reported = other_address(f"ws://127.0.0.1:{server.socket.getsockname()[1]}")
         server.shutdown()
         thread.join()
-    assert "is not the Haply service (its first message lists no inverse3)" in told
+    assert "is not the Haply service (its first message lists no inverse3)" in reported
 
 
 def test_an_answer_that_came_while_the_own_process_stood_still_counts() -> None:

@@ -64,10 +64,10 @@ class Bench:
             try:
                 self.step(device)
             except DeviceError as error:
-                told.append(str(error))
-            return bool(told)
+                reported.append(str(error))
+            return bool(reported)
 
-        told: list[str] = []
+        reported: list[str] = []
         until(ended)
-        assert "\n" not in told[0]
-        return told[0]
+        assert "\n" not in reported[0]
+        return reported[0]

@@ -88,11 +88,11 @@ def main() -> None:
     sys.stdout.write(board.path + "\n")
     sys.stdout.flush()
     for line in sys.stdin:
-        told = json.loads(line)
-        if "goal" in told:
-            board.rig.goal(told["goal"])
-        if "save" in told:
-            Path(told["save"]).write_text(json.dumps(board.given))
+        reported = json.loads(line)
+        if "goal" in reported:
+            board.rig.goal(reported["goal"])
+        if "save" in reported:
+            Path(reported["save"]).write_text(json.dumps(board.given))
             sys.stdout.write("saved\n")
             sys.stdout.flush()
     board.unplug()

@@ -68,9 +68,9 @@ def test_no_bytes_give_a_current_above_the_limit_or_one_that_stays(
     rig, now, reader = Rig(), start, Reader()
     heard = begun = None
     for data, pause in script:
-        told = reader.take(rig.receive(data, 1e-6 * now))
+        reported = reader.take(rig.receive(data, 1e-6 * now))
         assert reader.skipped == 0  # what it answers are whole frames
-        if any(isinstance(each, Report) for each in told):
+        if any(isinstance(each, Report) for each in reported):
             begun = now if heard is None or now - heard > _SILENCE else begun
             heard = now
         end = now + pause
@@ -81,7 +81,7 @@ def test_no_bytes_give_a_current_above_the_limit_or_one_that_stays(
             )
             assert current <= limit
             assert all(
-                abs(each.current) <= 1e-3 * LIMIT for each in told if isinstance(each, Report)
+                abs(each.current) <= 1e-3 * LIMIT for each in reported if isinstance(each, Report)
             )
             if now >= end:
                 break
@@ -151,10 +151,10 @@ def test_a_sensor_that_cannot_be_believed_switches_the_motor_off_for_ever(raw: i
     assert rig.drive(1.0) == 0
     for k in range(1000):
         answer = rig.receive(command(k, 0.5), 1.0 + 1e-3 * k)
-        (told,) = Reader().take(answer)
-        assert isinstance(told, Report)
-        assert told.faulty
-        assert told.current == rig.drive(1.0 + 1e-3 * k) == 0
+        (reported,) = Reader().take(answer)
+        assert isinstance(reported, Report)
+        assert reported.faulty
+        assert reported.current == rig.drive(1.0 + 1e-3 * k) == 0
     rig.close()
 
 

@@ -15,10 +15,10 @@ def report(sequence: int, counts: int, time: int = 5, flags: int = 0) -> bytes:
 
 @given(st.floats(allow_nan=True, allow_infinity=True))
 def test_a_current_that_cannot_be_is_none_or_the_most(amperes: float) -> None:
-    (told,) = struct.unpack("<h", command(0, amperes)[3:5])
+    (reported,) = struct.unpack("<h", command(0, amperes)[3:5])
     wanted = 1e3 * amperes if abs(amperes) < 1e6 else 32767.0 if amperes > 0.0 else -32767.0
     limit = max(-32767.0, min(32767.0, wanted))
-    assert told == (round(limit) if abs(amperes) < float("inf") else 0)
+    assert reported == (round(limit) if abs(amperes) < float("inf") else 0)
 
 
 @given(
@@ -37,9 +37,9 @@ def test_frames_are_found_among_anything_however_it_is_cut(
     found = [
         each for k in range(0, len(stream), size) for each in reader.take(stream[k : k + size])
     ]
-    told = [(each.sequence, each.counts) for each in found if isinstance(each, Report)]
+    reported = [(each.sequence, each.counts) for each in found if isinstance(each, Report)]
     wanted = [(sequence, counts) for _, sequence, counts in parts]
-    left = iter(told)
+    left = iter(reported)
     assert all(each in left for each in wanted)
 
 

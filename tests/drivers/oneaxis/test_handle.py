@@ -30,13 +30,13 @@ LAST = 2.0**32 * 1e-6  # s; where the board's clock runs over
 
 class Link:
     def __init__(self) -> None:
-        self.told: Report | None = None
+        self.reported: Report | None = None
         self.given: list[float] = []
         self.ends = 0
 
     def poll(self) -> Report | None:
-        told, self.told = self.told, None
-        return told
+        reported, self.reported = self.reported, None
+        return reported
 
     def send(self, amperes: float) -> None:
         self.given.append(amperes)
@@ -64,7 +64,7 @@ class Scene:
         self.now += passed
         self.time = (self.time + (passed if board is None else board)) % LAST
         if counts is not None:
-            self.link.told = replace(FIRST, time=self.time, counts=counts)
+            self.link.reported = replace(FIRST, time=self.time, counts=counts)
         return self.handle.read(self.now).position[1]
 
 

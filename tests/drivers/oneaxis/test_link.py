@@ -127,9 +127,9 @@ def test_unplugged_in_contact(bench: Bench) -> None:
     device = bench.open(board)
     bench.press(device, board)
     board.unplug()
-    told = bench.end_of(device)
-    assert "oneaxis: " in told
-    assert "unplugged" in told or "silent" in told
+    reported = bench.end_of(device)
+    assert "oneaxis: " in reported
+    assert "unplugged" in reported or "silent" in reported
 
 
 def test_a_host_that_is_gone_leaves_no_force(bench: Bench) -> None:

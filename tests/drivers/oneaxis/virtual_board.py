@@ -22,7 +22,7 @@ class VirtualBoard:
         self.rig = Rig(per_metre=PER_METRE)
         self.time = 0.0
         self._reader = Reader()
-        self._told: Report | None = None
+        self._report: Report | None = None
         self._sequence = 0
 
     def handle(self, unit: Unit = UNIT) -> Handle:
@@ -44,13 +44,15 @@ class VirtualBoard:
 
     def send(self, amperes: float) -> None:
         self._sequence += 1
-        (told,) = self._reader.take(self.rig.receive(command(self._sequence, amperes), self.time))
-        assert isinstance(told, Report)
-        self._told = told
+        (reported,) = self._reader.take(
+            self.rig.receive(command(self._sequence, amperes), self.time)
+        )
+        assert isinstance(reported, Report)
+        self._report = reported
 
     def poll(self) -> Report | None:
-        told, self._told = self._told, None
-        return told
+        reported, self._report = self._report, None
+        return reported
 
     def release(self) -> None:
         self.send(0.0)

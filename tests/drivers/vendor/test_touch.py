@@ -113,8 +113,8 @@ def test_two_devices_are_told_apart_by_the_names_of_their_setup(
 
 def test_what_keeps_it_from_use_is_told(bench: Bench) -> None:
     bench.set("count", 0)
-    told = bench.complaint("id=Left")
-    assert "OpenHaptics cannot open Left; plug it in, pair and calibrate it" in told
+    reported = bench.complaint("id=Left")
+    assert "OpenHaptics cannot open Left; plug it in, pair and calibrate it" in reported
     bench.set("count", 1)
     bench.set("stalled", 1)
     assert "the servo thread of OpenHaptics does not start" in bench.complaint()

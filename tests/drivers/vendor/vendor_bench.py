@@ -74,12 +74,12 @@ class Bench:
                 device.read(CLOCK.now())
                 device.write(PUSH)
             except DeviceError as error:
-                told.append(str(error))
-            return bool(told)
+                reported.append(str(error))
+            return bool(reported)
 
-        told: list[str] = []
+        reported: list[str] = []
         until(ended)
-        return told[0]
+        return reported[0]
 
 
 def make_bench(name: str, folder: Path) -> Iterator[Bench]:

@@ -9,7 +9,7 @@ from cohaptic.testing.manual_clock import ManualClock
 from cohaptic.vec import ZERO, Vec3, norm
 from cohaptic_client.loop.running.entry import Release
 from cohaptic_drivers.woodenhaptics.arm import WoodenArm
-from cohaptic_drivers.woodenhaptics.reports import Told, command_line
+from cohaptic_drivers.woodenhaptics.reports import Reported, command_line
 from cohaptic_drivers.woodenhaptics.serial_link import SerialLink
 from cohaptic_drivers.woodenhaptics.unit import UNITS
 
@@ -76,7 +76,7 @@ def test_another_thread_says_zero_at_once_whatever_was_said_before() -> None:
 def test_at_the_end_the_hand_is_let_go_along_a_ramp(answers: bool) -> None:
     """Nobody reads the device then: `deflection` itself looks for answers."""
     port, link, clock = linked()
-    arm = WoodenArm(UNITS["woodenhaptics"], link, Told((0.0, 0.0, 0.0), model=3))
+    arm = WoodenArm(UNITS["woodenhaptics"], link, Reported((0.0, 0.0, 0.0), model=3))
     arm.read(0.0)
     port.answers = answers
     arm.write(FORCE)
@@ -98,7 +98,7 @@ def test_a_hand_that_went_on_in_a_silence_of_the_board_has_not_jumped(
 ) -> None:
     """1300 counts are 60 mm: 0.4 m/s over 0.15 s, and no hand's way in a millisecond."""
     port, link, _ = linked()
-    arm = WoodenArm(UNITS["woodenhaptics"], link, Told((0.0, 0.0, 0.0), model=3))
+    arm = WoodenArm(UNITS["woodenhaptics"], link, Reported((0.0, 0.0, 0.0), model=3))
     arm.read(0.0)
     port.tell(counts)
     if jumps:
@@ -111,7 +111,7 @@ def test_a_hand_that_went_on_in_a_silence_of_the_board_has_not_jumped(
 def test_a_process_that_stood_still_does_not_take_the_board_for_gone() -> None:
     """Its answer comes with the next command: nobody listened for a second."""
     port, link, _ = linked()
-    arm = WoodenArm(UNITS["woodenhaptics"], link, Told((0.0, 0.0, 0.0), model=3))
+    arm = WoodenArm(UNITS["woodenhaptics"], link, Reported((0.0, 0.0, 0.0), model=3))
     arm.read(0.0)
     arm.read(0.001)
     arm.read(1.0)

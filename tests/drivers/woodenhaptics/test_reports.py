@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from cohaptic_drivers.woodenhaptics.reports import (
     GENERATIONS,
     LINE,
-    Told,
+    Reported,
     command_line,
     input_size,
     read_answer,
@@ -29,17 +29,17 @@ def test_a_command_is_one_line_that_the_firmware_takes(wanted: tuple[float, floa
     assert [int(each) for each in text[1:].split(b",")] == [round(each) for each in wanted]
 
 
-@pytest.mark.parametrize(("error", "told"), [(1, 0), (7, 0), (8, 8), (129, 128), (1031, 1024)])
-def test_errors_of_the_wrist_are_no_errors_of_the_tip(error: int, told: int) -> None:
+@pytest.mark.parametrize(("error", "reported"), [(1, 0), (7, 0), (8, 8), (129, 128), (1031, 1024)])
+def test_errors_of_the_wrist_are_no_errors_of_the_tip(error: int, reported: int) -> None:
     answer = read_answer(f"[3,1,2,3,0,0,0,{error}]".encode())
     assert answer is not None
-    assert answer.error == told
+    assert answer.error == reported
 
 
 @given(st.binary(max_size=80))
 def test_any_bytes_are_an_answer_or_none(line: bytes) -> None:
-    told = read_answer(line)
-    assert told is None or line.count(b",") == 7
+    reported = read_answer(line)
+    assert reported is None or line.count(b",") == 7
 
 
 @pytest.mark.parametrize("name", GENERATIONS)
@@ -47,7 +47,7 @@ def test_any_bytes_are_an_answer_or_none(line: bytes) -> None:
 def test_a_report_is_read_and_a_command_is_its_like(name: str, a: int, b: int, c: int) -> None:
     reports = GENERATIONS[name]
     body = struct.pack("<3h", a, b, c).ljust(reports.size, b"\0")
-    assert reports.decode(body) == Told((a, b, c))
+    assert reports.decode(body) == Reported((a, b, c))
     assert reports.decode(body + b"\0") is None
     assert reports.decode(body[:-1]) is None
     command = reports.encode((1000.0, -2000.0, 3000.4))

@@ -60,13 +60,13 @@ class Bench:
             try:
                 self.step(device)
             except DeviceError as error:
-                told.append(str(error))
-            return bool(told)
+                reported.append(str(error))
+            return bool(reported)
 
-        told: list[str] = []
+        reported: list[str] = []
         until(ended)
-        assert "\n" not in told[0]
-        return told[0]
+        assert "\n" not in reported[0]
+        return reported[0]
 
 
 @pytest.fixture
@@ -126,9 +126,9 @@ def test_unplugged_in_contact(bench: Bench) -> None:
     bench.press(device, board)
     board.unplug()
     bench.boards.clear()
-    told = bench.end_of(device)
-    assert "woodenhaptics: " in told
-    assert "unplugged" in told or "silent" in told
+    reported = bench.end_of(device)
+    assert "woodenhaptics: " in reported
+    assert "unplugged" in reported or "silent" in reported
 
 
 @pytest.mark.parametrize(
@@ -185,16 +185,16 @@ def test_a_loop_that_ends_without_closing_is_the_boards_own_watchdogs_business(
 def test_counters_that_are_no_pose_are_told_with_what_to_do(bench: Bench) -> None:
     board = bench.board(model=1)
     board.counts = (0.0, 0.0, -10000.0)  # where the closed chain does not close
-    told = bench.complaint(board, "kind=polhem")
-    assert "a pose that it cannot have; hold it in its home pose" in told
+    reported = bench.complaint(board, "kind=polhem")
+    assert "a pose that it cannot have; hold it in its home pose" in reported
 
 
 def test_a_haply_at_the_address_is_refused(bench: Bench) -> None:
     board = bench.board()
     board.instead = b"\x2b" + bytes(range(24)) + b"\xba\0\0\0\0"  # frames of its own protocol
-    told = bench.complaint(board)
-    assert "does not answer as its board does" in told
-    assert "--device haply" in told
+    reported = bench.complaint(board)
+    assert "does not answer as its board does" in reported
+    assert "--device haply" in reported
 
 
 def test_two_boards_at_once(bench: Bench) -> None:

@@ -104,14 +104,14 @@ def sentence_of(action: Callable[[], object]) -> str:
 
 
 def end_of(device: Device) -> str:
-    told: list[str] = []
+    reported: list[str] = []
 
     def ended() -> bool:
-        told.append(sentence_of(lambda: device.read(CLOCK.now())))
-        return told[-1] != ""
+        reported.append(sentence_of(lambda: device.read(CLOCK.now())))
+        return reported[-1] != ""
 
     until(ended)
-    return told[-1]
+    return reported[-1]
 
 
 def press(device: Device, board: Board, *, full: bool = False) -> list[int]:

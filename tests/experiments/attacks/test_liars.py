@@ -10,7 +10,7 @@ import pytest
 from cohaptic.control.hand_model import HandModel
 from cohaptic.protocol.partners import LIGHTEST
 from cohaptic_client.loop.safety import BACKSTOP, EXTERNAL_RATE
-from cohaptic_experiments.attacks.liars import Liar, Stage, Told, alter, attacked, draw
+from cohaptic_experiments.attacks.liars import Liar, Reported, Stage, alter, attacked, draw
 from cohaptic_experiments.attacks.victims import PERIOD
 from cohaptic_server.bodies.balloon.balloon import Balloon
 
@@ -24,8 +24,8 @@ WORST = Liar(
     max_stiffness=100.0,
     damping=8.0,
     friction=False,
-    a=Told(-0.001, 100.0, 5.0, -0.02, LIGHTEST, anchored=False),
-    b=Told(5.0, 10.0, 0.0, 0.2, HandModel(0.0406, 0.56, 252.0), anchored=True),
+    a=Reported(-0.001, 100.0, 5.0, -0.02, LIGHTEST, anchored=False),
+    b=Reported(5.0, 10.0, 0.0, 0.2, HandModel(0.0406, 0.56, 252.0), anchored=True),
     turn="chance",
     half=17,
     each=16,

@@ -23,4 +23,4 @@ def test_nobody_comes_back_before_others_may_have_the_room(lived: World) -> None
     assert len(silent["failure"]) > 20
     assert len(silent["update"]) > 20
     assert min(silent["failure"]) >= costs.term + costs.asked + costs.opening
-    assert min(silent["update"]) >= costs.told[0] + costs.opening
+    assert min(silent["update"]) >= costs.reported[0] + costs.opening

@@ -21,12 +21,12 @@ def test_a_measurement_is_shown_written_and_drawn(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Bounds of the program as it is, which may only get better."""
-    told, drawn = tmp_path / "found.json", tmp_path / "found.png"
+    reported, drawn = tmp_path / "found.json", tmp_path / "found.png"
     with pytest.raises(SystemExit) as ended:
-        bench("--delay-ms", "0", "--delay-ms", "80", "--json", str(told), "--out", str(drawn))
+        bench("--delay-ms", "0", "--delay-ms", "80", "--json", str(reported), "--out", str(drawn))
     assert ended.value.code == 0
     assert drawn.read_bytes().startswith(PNG)
-    near, far = json.loads(told.read_text())["rows"]
+    near, far = json.loads(reported.read_text())["rows"]
     assert (near["law"], near["users"], near["delay_ms"], far["delay_ms"]) == (
         "predictive", 2, 0.0, 80.0,
     )  # fmt: skip

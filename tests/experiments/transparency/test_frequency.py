@@ -41,8 +41,8 @@ def test_without_lag_layer_and_delay_the_program_is_transparent(balloon: Balloon
     truth = true_responses(setting)
     variant = Variant(layer=False, lag=0.0, hz=200.0)
     bare = measure(setting, setting.product(variant), truth)
-    assert truth.explained > 0.99
-    assert bare.explained > 0.9
+    assert truth.explained_variance > 0.99
+    assert bare.explained_variance > 0.9
     low = F <= 5.0
     # At 5 Hz the hand nears its resonance, which ticks of 5 ms make a little sharper.
     assert bare.weakest[low] == pytest.approx(1.0, abs=0.08)

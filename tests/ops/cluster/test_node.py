@@ -16,7 +16,7 @@ from cohaptic.clock import SystemClock
 from cohaptic_ops.cluster.addresses import at
 from cohaptic_ops.cluster.engine import Engine
 from cohaptic_ops.cluster.lines import Command, Pass
-from cohaptic_ops.cluster.node import Here, Node
+from cohaptic_ops.cluster.node import Node, NodeHooks
 from cohaptic_ops.cluster.passing import pass_on
 from cohaptic_ops.cluster.places import Places
 from tests.patience import PATIENCE
@@ -104,8 +104,8 @@ class _Server:
         self.entered.append(source)
         return source != "unwelcome"
 
-    def here(self) -> Here:
-        return Here(
+    def here(self) -> NodeHooks:
+        return NodeHooks(
             self.hosts.append, self.hosts.remove, self.until.__setitem__, self.enter, self.take,
             lambda _room: (2, 1),
         )  # fmt: skip

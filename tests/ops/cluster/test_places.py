@@ -24,8 +24,8 @@ def test_a_room_that_always_runs_is_placed_and_another_when_somebody_asks() -> N
     assert there.commands({}, NOBODY, 0.0) == [Command(place="always", cores=0.5)]
     there.want("rare", 3.0)
     there.want("not in the configuration", 3.0)
-    told = there.commands({"always": "10.0.0.1"}, {"always": "10.0.0.1:8764"}, 3.0)
-    assert told == [Command(place="rare", cores=0.25)]
+    reported = there.commands({"always": "10.0.0.1"}, {"always": "10.0.0.1:8764"}, 3.0)
+    assert reported == [Command(place="rare", cores=0.25)]
 
 
 def test_a_room_where_no_server_runs_is_placed_anew_and_sooner_where_it_has_no_machine() -> None:
@@ -37,13 +37,13 @@ def test_a_room_where_no_server_runs_is_placed_anew_and_sooner_where_it_has_no_m
         assert there.commands(placed, NOBODY, 10.0 + seconds) == [Command(remove="always")]
         assert there.commands(placed, NOBODY, 10.1 + seconds) == []
         # As soon as that has taken effect.
-        told = there.commands({}, NOBODY, 10.2 + seconds)
-        assert told == [Command(place="always", cores=0.5)]
+        reported = there.commands({}, NOBODY, 10.2 + seconds)
+        assert reported == [Command(place="always", cores=0.5)]
 
 
 def test_an_engine_that_has_lost_its_memory_is_told_where_rooms_are() -> None:
-    told = places().commands({"always": "10.0.0.1"}, NODE | {"always": "10.0.0.1:8764"}, 0.0)
-    assert told == [Command(place="rare", cores=0.25, at="10.0.0.2")]
+    reported = places().commands({"always": "10.0.0.1"}, NODE | {"always": "10.0.0.1:8764"}, 0.0)
+    assert reported == [Command(place="rare", cores=0.25, at="10.0.0.2")]
 
 
 @given(
@@ -57,10 +57,10 @@ def test_no_room_is_removed_whose_owner_is_where_it_was_placed(
         now += pause
         if asked:
             there.want("rare", now)
-        told = there.commands(
+        reported = there.commands(
             {"rare": "10.0.0.2"} if placed else {}, NODE if owned else NOBODY, now
         )
-        assert not (owned and any(command.remove == "rare" for command in told))
+        assert not (owned and any(command.remove == "rare" for command in reported))
 
 
 @given(

@@ -35,9 +35,9 @@ async def status_once(url: str, condition: Callable[[dict[str, Any]], bool]) -> 
     async with asyncio.timeout(PATIENCE):
         while True:
             try:
-                told: dict[str, Any] = json.loads((await ask(f"{url}/status"))[1])
-                if condition(told):
-                    return told
+                reported: dict[str, Any] = json.loads((await ask(f"{url}/status"))[1])
+                if condition(reported):
+                    return reported
             except OSError:
                 pass
             await asyncio.sleep(0.1)
@@ -49,9 +49,9 @@ async def told_until(port: AdminPort, state: str, **more: Any) -> dict[str, Any]
     """
     ticks = itertools.count(1)
 
-    def reached(told: dict[str, Any]) -> bool:
+    def reached(reported: dict[str, Any]) -> bool:
         port.tell(health())
         port.tell(room(ticks=next(ticks), **more))
-        return bool(told[state])
+        return bool(reported[state])
 
     return await status_once(port.url, reached)

@@ -23,8 +23,8 @@ def times(*values: float) -> TimeCounts:
 
 
 def user(seat: int = 1, name: str = "ada", **more: float | str | None) -> UserMetrics:
-    told = {"delay": 0.05, "loss": 0.25, "silence": 0.01, "force": 1.5, "skipped": 3} | more
-    return UserMetrics.model_validate({"seat": seat, "name": name} | told)
+    reported = {"delay": 0.05, "loss": 0.25, "silence": 0.01, "force": 1.5, "skipped": 3} | more
+    return UserMetrics.model_validate({"seat": seat, "name": name} | reported)
 
 
 def cluster(answering: int = 3, *, decides: bool = True) -> ClusterHealth:

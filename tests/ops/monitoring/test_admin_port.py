@@ -40,8 +40,8 @@ def pid(port: AdminPort) -> int:
 def test_it_answers_only_its_own_names_and_comes_back_when_it_is_killed() -> None:
     async def run() -> None:
         async with opened("metrics.example") as port:
-            told = await told_until(port, "ready")
-            assert told["rooms"][0]["name"] == "main"
+            reported = await told_until(port, "ready")
+            assert reported["rooms"][0]["name"] == "main"
             # A page whose name was made to point here reads nothing; a scraper's name is said.
             assert (await ask(f"{port.url}/status", Host="evil.example"))[0] == 421
             assert (await ask(f"{port.url}/metrics", Host="metrics.example"))[0] == 200
@@ -50,7 +50,7 @@ def test_it_answers_only_its_own_names_and_comes_back_when_it_is_killed() -> Non
             url, first = port.url, pid(port)
             os.kill(first, signal.SIGKILL)
             port.tell(health())  # to nobody, which hurts nobody
-            await status_once(url, lambda told: not told["alive"])
+            await status_once(url, lambda reported: not reported["alive"])
             assert pid(port) != first
             assert (await told_until(port, "alive"))["rooms"]
             again = pid(port)

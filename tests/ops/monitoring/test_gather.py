@@ -43,6 +43,6 @@ def test_it_tells_whose_device_the_lag_is_for(
             max_damping=0.0 if name in bare.split() else 8.0,
         )
     session.run(1.5)
-    told = Gatherer(server).gather()
-    assert told.lag > 0.01
-    assert {user.name: user.sets_lag for user in told.users if user.sets_lag} == expected
+    reported = Gatherer(server).gather()
+    assert reported.lag > 0.01
+    assert {user.name: user.sets_lag for user in reported.users if user.sets_lag} == expected

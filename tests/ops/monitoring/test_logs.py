@@ -32,10 +32,10 @@ def test_a_line_is_one_object_in_ascii_whatever_a_stranger_says(
     line = JsonLines("liver").format(record(text, user=user, event=event))
     assert line.isascii()
     assert line.isprintable()
-    told = json.loads(line)
-    assert (told["message"], told["user"], told["room"]) == (text, user, "liver")
-    assert told["event"] == (event or "message")
-    assert datetime.fromisoformat(told["time"]).tzinfo is not None
+    reported = json.loads(line)
+    assert (reported["message"], reported["user"], reported["room"]) == (text, user, "liver")
+    assert reported["event"] == (event or "message")
+    assert datetime.fromisoformat(reported["time"]).tzinfo is not None
 
 
 def test_a_traceback_is_within_its_line() -> None:
@@ -70,11 +70,11 @@ def test_lines_about_one_address_stay_bounded_in_both_formats(
     lines = file.getvalue().splitlines()
     assert len(lines) == 4
     if style is LogFormat.JSON:
-        told = [json.loads(line) for line in lines]
-        assert [line["event"] for line in told] == ["joined"] * 3 + ["lines_left_out"]
-        assert {line["source"] for line in told} == {"here"}
-        assert told[0]["user"] == "ada"
-        assert told[0]["room"] == "liver"
+        reported = [json.loads(line) for line in lines]
+        assert [line["event"] for line in reported] == ["joined"] * 3 + ["lines_left_out"]
+        assert {line["source"] for line in reported} == {"here"}
+        assert reported[0]["user"] == "ada"
+        assert reported[0]["room"] == "liver"
     else:
         assert "[liver] ada joined" in lines[0]
         assert "7 lines about here were left out" in lines[3]

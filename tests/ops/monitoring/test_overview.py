@@ -21,9 +21,9 @@ def of(known: Known, now: float = 1.0) -> Status:
     return Status.model_validate_json(json.dumps(status(known, now)))
 
 
-def drawn(told: Status, width: int, before: Status | None = None) -> list[str]:
+def drawn(reported: Status, width: int, before: Status | None = None) -> list[str]:
     file = io.StringIO()
-    Console(file=file, width=width).print(overview(told, before, width))
+    Console(file=file, width=width).print(overview(reported, before, width))
     return file.getvalue().splitlines()
 
 
@@ -81,8 +81,8 @@ def test_a_sentence_tells_why_there_are_no_models(off: str, by: str, why: str) -
     users = tuple(
         user(i + 1, f"user{i}", forbids_models=letter in by) for i, letter in enumerate("abcd")
     )
-    told = drawn(of(ticking(room(users=users, models=0.5, models_off=off))), 150)
-    lines = [line for line in told if "models" in line]
+    reported = drawn(of(ticking(room(users=users, models=0.5, models_off=off))), 150)
+    lines = [line for line in reported if "models" in line]
     assert lines == ([f"main: models of the hands answer to 50 %, since {why}"] if why else [])
 
 

@@ -34,10 +34,10 @@ def test_the_state_is_what_the_terminal_view_reads() -> None:
     known = ticking(room(users=(user(name="a\x1b[2J"),), margin=None))
     status, body = get(known, "/status")
     assert status == 200
-    told = Status.model_validate_json(body)
-    assert told.ready
-    assert told.rooms[0].metrics is not None
-    assert told.rooms[0].metrics.users[0].name == "a\x1b[2J"
+    reported = Status.model_validate_json(body)
+    assert reported.ready
+    assert reported.rooms[0].metrics is not None
+    assert reported.rooms[0].metrics.users[0].name == "a\x1b[2J"
     assert b"\x1b" not in body  # escaped
 
 

@@ -35,7 +35,7 @@ def test_what_happens_in_a_server_is_told_by_its_admin_port(small_balloon: Ballo
             url = await server.start()
             running = asyncio.ensure_future(server.run())
             try:
-                await status_once(admin, lambda told: bool(told["ready"]))
+                await status_once(admin, lambda reported: bool(reported["ready"]))
                 async with visit(url) as one, visit(url) as other, visit(url) as third:
                     await one.join("ada")
                     await other.join("<b> \u0301")
@@ -46,14 +46,14 @@ def test_what_happens_in_a_server_is_told_by_its_admin_port(small_balloon: Ballo
                         while True:
                             await third.ws.recv()
                     playing = asyncio.ensure_future(one.play(100_000))
-                    told = await status_once(
+                    reported = await status_once(
                         admin,
-                        lambda told: (
-                            told["rooms"][0]["metrics"]["refused"].get("room_full") == 1
-                            and told["rooms"][0]["metrics"]["users"][0]["force"] > 0.5
+                        lambda reported: (
+                            reported["rooms"][0]["metrics"]["refused"].get("room_full") == 1
+                            and reported["rooms"][0]["metrics"]["users"][0]["force"] > 0.5
                         ),
                     )
-                    metrics = told["rooms"][0]["metrics"]
+                    metrics = reported["rooms"][0]["metrics"]
                     first, second = metrics["users"]
                     assert (first["name"], first["seat"]) == ("ada", 1)
                     assert (second["name"], second["seat"], second["delay"]) == (
@@ -71,16 +71,17 @@ def test_what_happens_in_a_server_is_told_by_its_admin_port(small_balloon: Ballo
                 # A seat that has become free is the next one's.
                 async with visit(url) as late:
                     await late.join("late")
-                    told = await status_once(
+                    reported = await status_once(
                         admin,
-                        lambda told: (
-                            [u["name"] for u in told["rooms"][0]["metrics"]["users"]] == ["late"]
+                        lambda reported: (
+                            [u["name"] for u in reported["rooms"][0]["metrics"]["users"]]
+                            == ["late"]
                         ),
                     )
-                    assert told["rooms"][0]["metrics"]["users"][0]["seat"] == 1
+                    assert reported["rooms"][0]["metrics"]["users"][0]["seat"] == 1
                     # Who is there holds up the end, and meanwhile nobody is sent here.
                     running.cancel()
-                    await status_once(admin, lambda told: bool(told["draining"]))
+                    await status_once(admin, lambda reported: bool(reported["draining"]))
                     assert (await ask(f"{admin}/readyz"))[0] == 503
             finally:
                 running.cancel()

@@ -156,7 +156,7 @@ def test_every_error_names_its_key(tmp_path: Path, line: str, key: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "told"),
+    ("name", "value", "reported"),
     [
         ("ROOMS__MAIN__RATE", "fast", f"(environment variable {PREFIX}ROOMS__MAIN__RATE)"),
         ("PROT", "1", f"the environment variable {PREFIX}PROT names no key"),
@@ -165,10 +165,10 @@ def test_every_error_names_its_key(tmp_path: Path, line: str, key: str) -> None:
     ],
 )
 def test_a_variable_of_the_environment_at_fault_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, value: str, told: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, value: str, reported: str
 ) -> None:
     monkeypatch.setenv(PREFIX + name, value)
-    assert told in "\n".join(problems(tmp_path, TWO))
+    assert reported in "\n".join(problems(tmp_path, TWO))
 
 
 @given(
@@ -197,9 +197,9 @@ def test_the_page_names_every_key_with_its_default() -> None:
         for name, field in model.model_fields.items():
             default = field.get_default(call_default_factory=True)
             if isinstance(default, str | bool | int | float) and not isinstance(default, Law):
-                told = str(default).lower() if isinstance(default, bool) else default
-                told = f'`"{told}"`' if isinstance(default, str) else told
-                assert f"| `{name}` | {told} |" in page, name
+                sentence = str(default).lower() if isinstance(default, bool) else default
+                sentence = f'`"{sentence}"`' if isinstance(default, str) else sentence
+                assert f"| `{name}` | {sentence} |" in page, name
             else:
                 assert f"`{name}`" in page or f"{name}]`" in page or f"[{name}." in page, name
     for name in (*ObjectTable.model_fields, *dict(Limits().items())):

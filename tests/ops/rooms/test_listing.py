@@ -71,10 +71,10 @@ def test_any_target_goes_to_a_room_that_exists_or_to_none(target: str) -> None:
 
 def test_the_list_has_every_room_with_its_state() -> None:
     status, body = get("/rooms")
-    told = json.loads(body)["rooms"]
+    reported = json.loads(body)["rooms"]
     assert status == 200
-    assert [room["name"] for room in told] == ["main", "liver", "torn"]
-    assert told[1] == {
+    assert [room["name"] for room in reported] == ["main", "liver", "torn"]
+    assert reported[1] == {
         "name": "liver", "title": "<b>A liver", "path": room_path("liver"), "state": "full",
         "users": 4, "max_users": 4, "watchers": 0, "max_watchers": 10,
     }  # fmt: skip

@@ -327,20 +327,24 @@ def test_the_admin_port_tells_of_every_room_of_one_that_is_stopped_and_of_the_en
         ) as house:
             admin = house.supervisor.admin
             assert admin is not None
-            ready = await status_once(admin.url, lambda told: bool(told["ready"]))
+            ready = await status_once(admin.url, lambda reported: bool(reported["ready"]))
             states = {room["name"]: room["state"] for room in ready["rooms"]}
             assert states == {"main": "open", "other": "open", "torn": "broken"}
             house.signal("other", signal.SIGSTOP)
-            told = await status_once(admin.url, lambda told: not told["rooms"][1]["ticking"])
+            reported = await status_once(
+                admin.url, lambda reported: not reported["rooms"][1]["ticking"]
+            )
             house.signal("other", signal.SIGCONT)
-            assert told["ready"]
-            assert told["rooms"][0]["ticking"]
-            await status_once(admin.url, lambda told: bool(told["rooms"][1]["ticking"]))
+            assert reported["ready"]
+            assert reported["rooms"][0]["ticking"]
+            await status_once(admin.url, lambda reported: bool(reported["rooms"][1]["ticking"]))
             code, text = await ask(f"{admin.url}/metrics")
             assert code == 200
             assert b'cohaptic_room_ticking{room="main"} 1.0' in text
             assert b'cohaptic_ticks_total{room="other"}' in text
             house.supervisor.draining = True
-            await status_once(admin.url, lambda told: told["reasons"] == ["the server is draining"])
+            await status_once(
+                admin.url, lambda reported: reported["reasons"] == ["the server is draining"]
+            )
 
     asyncio.run(run())

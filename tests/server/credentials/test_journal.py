@@ -194,9 +194,9 @@ def test_on_a_full_disk_it_waits_and_nothing_is_lost_once_there_is_room(tmp_path
     ) as process:
         assert process.stdin is not None
         assert process.stdout is not None
-        told = {process.stdout.readline() for _ in range(2)}
-        assert "kept\n" in told  # who keeps something never waits
-        assert any("cannot be written" in line for line in told)
+        reported = {process.stdout.readline() for _ in range(2)}
+        assert "kept\n" in reported  # who keeps something never waits
+        assert any("cannot be written" in line for line in reported)
         (path,) = tmp_path.iterdir()
         assert path.stat().st_size <= 1000
         process.stdin.write("room\n")

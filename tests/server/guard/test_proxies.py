@@ -60,9 +60,9 @@ def test_whatever_is_written_the_source_is_short_and_printable(
     for_list: list[str], forwarded: list[str]
 ) -> None:
     found = PROXIES.visitor("127.0.0.1", for_list, forwarded)
-    told = found.why if isinstance(found, Refusal) else found
-    assert told.isprintable()
-    assert len(told) <= 200
+    reported = found.why if isinstance(found, Refusal) else found
+    assert reported.isprintable()
+    assert len(reported) <= 200
     # It has the rights of no connection of this machine, and is no proxy.
     assert isinstance(found, Refusal) or found not in PROXIES
 

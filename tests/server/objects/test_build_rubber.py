@@ -88,8 +88,10 @@ def test_a_plate_below_the_envelope_of_a_large_edge_is_lost_there_and_not_flat(
     """It was said to have no inside, where a shorter edge gave more nodes than a tick affords."""
     path = tmp_path / "plate.stl"
     trimesh.creation.box((0.2, 0.2, 0.003)).export(path)  # pyright: ignore[reportUnknownMemberType]
-    told = r"is there an inside\? What is thinner than about 23 mm is lost. Take a smaller --edge"
-    with pytest.raises(VolumeLostError, match=told):
+    sentence = (
+        r"is there an inside\? What is thinner than about 23 mm is lost. Take a smaller --edge"
+    )
+    with pytest.raises(VolumeLostError, match=sentence):
         load_or_prepare(ObjectFile(path, fix="x < 3%", edge=0.4))
     crowd = Demand(users=16, nonlinear=True)
     with pytest.raises(TooFineError, match="nodes under large deformation"):
@@ -101,8 +103,8 @@ def test_a_leaflet_is_no_lump_of_the_same_volume(tmp_path: Path) -> None:
     """25 tetrahedra had 98 % of the volume of a sheet of 1 mm, and ended 135 mm from its rim."""
     path = tmp_path / "leaflet.stl"
     path.write_bytes(stl(leaflet()))
-    told = "mm from a part of the surface|are in .* pieces|of the volume|is there an inside"
-    with pytest.raises(VolumeLostError, match=told):
+    sentence = "mm from a part of the surface|are in .* pieces|of the volume|is there an inside"
+    with pytest.raises(VolumeLostError, match=sentence):
         load_or_prepare(ObjectFile(path, "z < 15%", edge=0.15, simplify=4000))
 
 

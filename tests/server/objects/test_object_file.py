@@ -11,7 +11,7 @@ from cohaptic_server.objects.object_file import ObjectFile
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "reported"),
     [
         ({"scale": 0.0}, "--scale is 0.0; it must be from 1e-9 to 1e9 metres in a unit"),
         ({"edge": 2.0}, "--edge is 2.0; it must be from 0.005 to 0.5 of the object's diagonal"),
@@ -21,7 +21,7 @@ from cohaptic_server.objects.object_file import ObjectFile
         ({"max_time": math.nan}, "--max-time is nan s; it must be from 1 to 1e6 s"),
     ],
 )
-def test_an_error_names_option_value_and_limit(change: dict[str, Any], told: str) -> None:
+def test_an_error_names_option_value_and_limit(change: dict[str, Any], reported: str) -> None:
     with pytest.raises(SettingError) as caught:
         ObjectFile(Path("a.stl"), **change)
-    assert str(caught.value) == told
+    assert str(caught.value) == reported

@@ -358,9 +358,9 @@ def test_a_place_that_takes_the_turn_of_one_not_sent_yet_says_the_session_too(
     there.serve(0.0)
     say(there, hello("second", token=token(jti="second"), wait=True))
     there.serve(0.0)
-    told = place(waiting)
-    assert told.of == 2
-    assert told.session is not None
+    reported = place(waiting)
+    assert reported.of == 2
+    assert reported.session is not None
 
 
 def test_whoever_is_connected_goes_when_its_session_is_over(small_balloon: Balloon) -> None:

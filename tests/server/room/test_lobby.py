@@ -154,7 +154,7 @@ def test_a_silent_user_is_replaced_by_its_return(small_balloon: Balloon) -> None
 
 
 @pytest.mark.parametrize(
-    ("said", "reason", "told"),
+    ("said", "reason", "reported"),
     [
         (encode_control(Bye()), "", "bye"),
         (None, "", "connection lost"),
@@ -162,7 +162,7 @@ def test_a_silent_user_is_replaced_by_its_return(small_balloon: Balloon) -> None
     ],
 )
 def test_who_leaves_is_told_to_the_others_with_the_reason(
-    small_balloon: Balloon, said: str | None, reason: str, told: str
+    small_balloon: Balloon, said: str | None, reason: str, reported: str
 ) -> None:
     there = lobby(small_balloon)
     stays, leaves = join(there, "stays"), join(there, "leaves")
@@ -170,9 +170,9 @@ def test_who_leaves_is_told_to_the_others_with_the_reason(
     if said is not None:
         say(there, leaves, said)
     outcome = there.disconnect(leaves, reason)
-    assert outcome.log == [LogLine(f"leaves left: {told}", event="left", user="leaves")]
+    assert outcome.log == [LogLine(f"leaves left: {reported}", event="left", user="leaves")]
     assert outcome.flush == [stays]
-    assert news(stays) == [UserLeft(user=leaves.user or 0, name="leaves", reason=told)]
+    assert news(stays) == [UserLeft(user=leaves.user or 0, name="leaves", reason=reported)]
     assert there.peers == [stays]
 
 
@@ -221,8 +221,8 @@ def test_a_watcher_gets_its_welcome_then_the_mesh_then_the_latencies(
     assert not peer.needs_mesh
     (latency,) = peer.session.take(clear=True)
     assert isinstance(latency, str)
-    told = decode_watch_control(latency)
-    assert told == Latency(user=user.user or 0, delay=0.1, jitter=0.0)
+    reported = decode_watch_control(latency)
+    assert reported == Latency(user=user.user or 0, delay=0.1, jitter=0.0)
 
 
 def test_a_watcher_that_does_not_take_the_mesh_is_too_slow(small_balloon: Balloon) -> None:
@@ -247,9 +247,11 @@ def test_latency_is_injected_where_it_is_allowed_and_told_to_every_watcher(
     outcome = say(there, asks, change)
     assert (outcome.delayed, user.latency) == ([user], LinkSettings(0.2, 0.05))
     for peer in (asks, sees):
-        (told,) = peer.session.take(clear=True)
-        assert isinstance(told, str)
-        assert decode_watch_control(told) == Latency(user=user.user or 0, delay=0.2, jitter=0.05)
+        (reported,) = peer.session.take(clear=True)
+        assert isinstance(reported, str)
+        assert decode_watch_control(reported) == Latency(
+            user=user.user or 0, delay=0.2, jitter=0.05
+        )
     # The same again changes nothing, and is no news.
     assert say(there, asks, change).delayed == []
     assert sees.session.take(clear=True) == []

@@ -183,7 +183,7 @@ def test_one_who_has_left_is_passed_over_and_a_wish_without_one_is_refused(
     assert "the number of the user to kick" in refused(admin, CloseCode.BAD_MESSAGE)
 
 
-def told(peer: Peer) -> list[Restraints]:
+def report(peer: Peer) -> list[Restraints]:
     """What a peer hears of restraints."""
     said = [m for m in peer.session.take(clear=True) if isinstance(m, str)]
     kind = '"type":"restraints"'
@@ -203,12 +203,12 @@ def test_all_hear_who_is_muted_and_that_the_body_is_frozen_and_who_comes_later_t
     ]
     for wish, expected in steps:
         ordered(there, admin, **wish)
-        assert told(user)[-1] == told(admin)[-1] == expected
+        assert report(user)[-1] == report(admin)[-1] == expected
     later = say(there, watch(token=token(jti="later")))
-    assert told(later) == [Restraints(frozen=True)]
+    assert report(later) == [Restraints(frozen=True)]
     ordered(there, admin, action="unfreeze")
-    assert told(later) == [Restraints()]
-    assert told(say(there, watch(token=token(jti="last")))) == []
+    assert report(later) == [Restraints()]
+    assert report(say(there, watch(token=token(jti="last")))) == []
 
 
 def test_who_is_muted_stays_muted_by_coming_back_and_by_another_name(
@@ -221,7 +221,7 @@ def test_who_is_muted_stays_muted_by_coming_back_and_by_another_name(
         there.disconnect(user, "bye")
         user = say(there, hello(name, token=session))
         assert press(there, [user], 0.0, 0.5)[-1] == 0.0
-        assert told(user) == told(admin)[-1:] == [Restraints(muted=(user.user or 0,))]
+        assert report(user) == report(admin)[-1:] == [Restraints(muted=(user.user or 0,))]
     ordered(there, admin, action="unmute", user=user.user)
     assert press(there, [user], 2.0, 1.0)[-1] > 1.0
 

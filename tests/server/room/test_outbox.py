@@ -63,7 +63,7 @@ class Guests:
 
     def __init__(self, before: int) -> None:
         self.here = {user: f"user{user}" for user in range(1, before + 2)}
-        self.next, self.told = before + 2, dict(self.here)  # the client itself came last
+        self.next, self.reported = before + 2, dict(self.here)  # the client itself came last
         self.outbox = Outbox()
         others = [(user, name) for user, name in self.here.items() if user != before + 1]
         names = tuple(RoomUser(user=user, name=name) for user, name in others)
@@ -90,17 +90,17 @@ class Guests:
                 assert self.outbox.put(left)
 
     def hear(self, written: list[str | bytes]) -> None:
-        known = set(self.told)
+        known = set(self.reported)
         for data in written:
             news = decode_server_control(str(data))
             assert isinstance(news, UserJoined | UserLeft)
             if isinstance(news, UserJoined):
-                self.told[news.user] = news.name
+                self.reported[news.user] = news.name
             else:
                 # Nobody leaves of whom the client had not heard.
                 assert news.user in known
-                assert self.told.pop(news.user) == news.name
-        assert self.told == self.here
+                assert self.reported.pop(news.user) == news.name
+        assert self.reported == self.here
         assert len(written) <= 2 * len(known) + len(self.here)
 
 

@@ -143,14 +143,14 @@ def test_who_was_banned_may_come_back_once_an_administrator_says_so(
     ordered(there, admin, action="ban", user=user.user)
     there.disconnect(user, "")
     assert there.entrance.removed.names(0.0) == ("left",)
-    told = list(admin.session.take(clear=True))
+    reported = list(admin.session.take(clear=True))
     again = say(there, hello(token=token()))
     assert "banned" in refused(again, CloseCode.FORBIDDEN)
     ordered(there, admin, action="unban", name="nobody")
     ordered(there, admin, action="unban", name="left")
     back = say(there, hello(token=token()))
     assert back.session.close is None
-    heard = [_decode(m) for m in told + admin.session.take(clear=True) if isinstance(m, str)]
+    heard = [_decode(m) for m in reported + admin.session.take(clear=True) if isinstance(m, str)]
     assert [m.done for m in heard if isinstance(m, Moderated)] == [True, False, True]
     # Of what waited at once only the newest was told.
     assert [m.names for m in heard if isinstance(m, PutOut)] == [("left",), ()]

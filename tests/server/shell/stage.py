@@ -76,8 +76,8 @@ class Client:
 
     async def touch(self) -> None:
         self.seq += 1
-        told = sample(self.seq, self.probe, self.force)
-        await self.ws.send(told._replace(tick=self.tick).encode())
+        reported = sample(self.seq, self.probe, self.force)
+        await self.ws.send(reported._replace(tick=self.tick).encode())
 
     async def play(self, patches: int) -> list[Patch]:
         """Take part until so many patches have come."""

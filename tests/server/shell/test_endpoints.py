@@ -94,23 +94,23 @@ def code(closed: ConnectionClosed) -> str:
 def test_programs_of_this_machine_come_in_and_pages_from_elsewhere_do_not(offering: Stage) -> None:
     assert offering.during(says(offering.url, "a" * 200, NEAR)) == "a" * 200
     for origin in (ELSEWHERE, BESIDE):
-        told = offering.during(says(offering.url, "a", NEAR, origin=origin))
-        assert "only the page of this server, on the same machine" in told
+        reported = offering.during(says(offering.url, "a", NEAR, origin=origin))
+        assert "only the page of this server, on the same machine" in reported
 
 
 def test_an_endpoint_for_all_asks_for_origin_and_host_as_for_a_hand(offering: Stage) -> None:
     assert offering.during(says(offering.url, "a", FOR_ALL)) == "a"
     assert offering.during(says(offering.url, "a", FOR_ALL, origin=BESIDE)) == "a"
-    told = offering.during(says(offering.url, "a", FOR_ALL, origin=ELSEWHERE))
-    assert "see --allow-origin" in told
+    reported = offering.during(says(offering.url, "a", FOR_ALL, origin=ELSEWHERE))
+    assert "see --allow-origin" in reported
 
 
 def test_one_that_is_checked_is_the_one_that_is_chosen(offering: Stage) -> None:
     """Whatever is offered beside it: nobody comes to the stricter one by the check of the other."""
     for kinds in itertools.permutations((NEAR, FOR_ALL, SUBPROTOCOL)):
         strict = kinds.index(NEAR) < kinds.index(FOR_ALL)
-        told = offering.during(says(offering.url, "a", *kinds, origin=BESIDE))
-        assert (told != "a") == strict, kinds
+        reported = offering.during(says(offering.url, "a", *kinds, origin=BESIDE))
+        assert (reported != "a") == strict, kinds
 
 
 def test_what_is_too_long_or_too_much_ends_that_connection_alone(offering: Stage) -> None:

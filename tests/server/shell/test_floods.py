@@ -67,10 +67,10 @@ def test_who_floods_is_told_value_and_limit_and_closed_and_nobody_else_notices(
             return code, reason, [news for news in client.news if isinstance(news, Error)]
 
     # As many as fit into the time until its connection is cut.
-    code, reason, told = stage.during(offend(), patches=100)
+    code, reason, reported = stage.during(offend(), patches=100)
     assert code == CloseCode.TOO_MANY.value
     assert WORDS[what] in reason
-    assert [error.message for error in told] == [reason]
+    assert [error.message for error in reported] == [reason]
     assert "at most" in reason
 
 

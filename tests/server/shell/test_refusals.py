@@ -133,15 +133,15 @@ def test_a_user_who_breaks_a_rule_is_told_and_closed_and_nobody_else_notices(
 
     got, reason, news = stage.during(offend())
     assert got == code
-    told = [message for message in news if isinstance(message, Error)]
+    reported = [message for message in news if isinstance(message, Error)]
     if code == 1009:
         # The websocket's own limit: the frame was never read, so the close alone says it.
-        assert told == []
+        assert reported == []
         assert words in reason
     else:
-        assert [error.code for error in told] == [code]
-        assert words in told[0].message
-        assert told[0].message.startswith(reason)
+        assert [error.code for error in reported] == [code]
+        assert words in reported[0].message
+        assert reported[0].message.startswith(reason)
         assert reason
 
 

@@ -29,15 +29,15 @@ def hand(user: int, tick: int) -> Touch | None:
     along = (-out[1], out[0], 0.0)
     pressed = 1.0 + math.sin(0.3 * tick + user)
     force = (pressed * out[0], pressed * out[1], 0.0)
-    rough = user in (2, 6)
-    if rough:
+    frictional = user in (2, 6)
+    if frictional:
         force = (force[0] + 0.2 * along[0], force[1] + 0.2 * along[1], 0.0)
     return changed(
         touch(user, at=out, depth=-0.01 if user == 4 and tick > 15 else 0.004),
         law=tuple(Law)[user % 3],
         geometry=tuple(Geometry)[(user + tick // 10) % 3],
         force=force,
-        friction=rough,
+        friction=frictional,
         fresh=not (user == 7 and 10 <= tick < 14),
         seq=tick + 1,
         tick=max(0, tick - user % 4),

@@ -192,15 +192,20 @@ def test_along_and_normal_are_let_in_in_one_share(
 ) -> None:
     rubbed = mu * pressed
     of = touch(friction=True)
-    rough = user_of(of, contact_at(small_balloon, of), tangential=np.zeros(3))
+    frictional = user_of(of, contact_at(small_balloon, of), tangential=np.zeros(3))
     still = replace(at(small_balloon, 2.0, 1.0, 2), requested=1.0)
     now = replace(
-        rough, tangential=None, requested=pressed, requested_tangential=along(rough, rubbed)
+        frictional,
+        tangential=None,
+        requested=pressed,
+        requested_tangential=along(frictional, rubbed),
     )
-    state = world([rough, still], coupled=0.9)
+    state = world([frictional, still], coupled=0.9)
     found = apply(small_balloon, state, [now, still])[0]
     assert found.tangential is not None
-    assert found.tangential * pressed == pytest.approx(along(rough, rubbed) * found.force, abs=1e-9)
+    assert found.tangential * pressed == pytest.approx(
+        along(frictional, rubbed) * found.force, abs=1e-9
+    )
     moved = found.force + float(np.linalg.norm(found.tangential))
     assert 0.9 * moved <= EFFECT_RATE * DT * (1.0 + 1e-9)
 

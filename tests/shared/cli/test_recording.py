@@ -31,13 +31,13 @@ def left_by_a_killed_process(path: Path) -> Path:
 
 def test_a_part_is_read_and_finished(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     part = left_by_a_killed_process(tmp_path / "a b.npz")
-    code, told = run(capsys, str(part))
+    code, reported = run(capsys, str(part))
     assert code == 0
-    assert told.startswith("ann: 0.4 s, with a gap (0.20 s in all)\nfrom 2017-07-1")
-    assert "the server's clock is known within 2.0 ms\n" in told
+    assert reported.startswith("ann: 0.4 s, with a gap (0.20 s in all)\nfrom 2017-07-1")
+    assert "the server's clock is known within 2.0 ms\n" in reported
     code, finished = run(capsys, str(part), "--finish")
-    assert (code, finished) == (0, told + f"written to {tmp_path / 'a b.npz'}\n")
-    assert run(capsys, str(tmp_path / "a b.npz")) == (0, told)
+    assert (code, finished) == (0, reported + f"written to {tmp_path / 'a b.npz'}\n")
+    assert run(capsys, str(tmp_path / "a b.npz")) == (0, reported)
     assert [path.name for path in tmp_path.iterdir()] == ["a b.npz"]
 
 
@@ -46,9 +46,9 @@ def test_finishing_replaces_nothing_unless_it_is_wished(
 ) -> None:
     part = left_by_a_killed_process(tmp_path / "x.npz")
     (tmp_path / "x.npz").write_bytes(b"an earlier one")
-    code, told = run(capsys, "--finish", str(part))
+    code, reported = run(capsys, "--finish", str(part))
     assert code == 2
-    assert "and this one exists" in told
+    assert "and this one exists" in reported
     assert (tmp_path / "x.npz").read_bytes() == b"an earlier one"
     assert run(capsys, "--finish", str(part), "--overwrite")[0] == 0
     assert run(capsys, str(tmp_path / "x.npz"))[1].startswith("ann: 0.4 s")

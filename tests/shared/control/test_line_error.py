@@ -40,8 +40,8 @@ def bumpy(
     moved = np.random.default_rng(seed).uniform(-0.002, 0.002, (len(IN_FRONT), 3)).tolist()
     normal = unit(add((1.0, 0.0, 0.0), tilt))
     base = LocalSurface((RADIUS + off, 0.001, -0.002), normal, curvature, C_II, ZERO, ZERO)
-    told = facts((k, *by, fraction * C_II) for k, by in zip(IN_FRONT, moved, strict=True))
-    return MeshSurface(BALL, base, told), base
+    reported = facts((k, *by, fraction * C_II) for k, by in zip(IN_FRONT, moved, strict=True))
+    return MeshSurface(BALL, base, reported), base
 
 
 def sheet(u: list[float], at: list[Vec3], y: list[float]) -> tuple[RestSurface, list[Vec3]]:
@@ -90,8 +90,8 @@ def test_beside_the_contact_the_compliance_is_at_most_four_times_another_or_that
     rng = np.random.default_rng(seed)
     base = bumpy(seed, tilt, off, curvature)[1]
     compliances = (C_II * 10.0 ** rng.uniform(-3.0, 3.0, len(IN_FRONT))).tolist()
-    told = facts((k, 0.0, 0.0, 0.0, c) for k, c in zip(IN_FRONT, compliances, strict=True))
-    sight = MeshSurface(BALL, base, told).look(add(base.x_free, beside))
+    reported = facts((k, 0.0, 0.0, 0.0, c) for k, c in zip(IN_FRONT, compliances, strict=True))
+    sight = MeshSurface(BALL, base, reported).look(add(base.x_free, beside))
     assert min(0.2499 * C_II, *compliances) < sight.c_ii < 4.001 * C_II
 
 

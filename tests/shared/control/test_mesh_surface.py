@@ -83,8 +83,8 @@ def test_where_the_patch_was_made_depth_and_compliance_are_its_own(off: float, c
 def test_as_far_as_others_moved_the_surface_the_compliance_is_the_contacts() -> None:
     """Their way is not the hand's: another place's compliance would change its force."""
     base = LocalSurface((RADIUS, 0.0, 0.0), (1.0, 0.0, 0.0), 0.0, C_II, OWN, BY_OTHERS)
-    told = facts((k, *ZERO, C_II * (1.0 + 5.0 * VERTICES[k][1])) for k in IN_FRONT)
-    found = MeshSurface(BALL, base, told, 0.02)
+    reported = facts((k, *ZERO, C_II * (1.0 + 5.0 * VERTICES[k][1])) for k in IN_FRONT)
+    found = MeshSurface(BALL, base, reported, 0.02)
     for a in (-0.05, 0.0, 0.05):
         assert found.look(scale(direction(a, 0.0), RADIUS)).c_ii == pytest.approx(C_II, rel=0.002)
     far = found.look(scale(direction(0.3, 0.0), RADIUS)).c_ii

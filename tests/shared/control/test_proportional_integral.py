@@ -110,12 +110,12 @@ def test_the_limit_does_not_make_a_hand_swing_that_jumps_far_into_the_object(per
         loop_delay=periods * n * T,
         simulation_period=n * T,
     )
-    state, x, told, before, newest = IntegralState(), 0.0, [0.0] * periods, 0.0, 0.0
+    state, x, reported, before, newest = IntegralState(), 0.0, [0.0] * periods, 0.0, 0.0
     given_off = list[float]()
     for k in range(20_000):
         if k % n == 0:  # the dent of a force that is so many periods old
-            before, newest = newest, told[-periods] / k_o
-            told.append(given_off[-1] if given_off else 0.0)
+            before, newest = newest, reported[-periods] / k_o
+            reported.append(given_off[-1] if given_off else 0.0)
         dent = before + (k % n + 1) / n * (newest - before)
         way, x = (0.008, 0.008) if k == 200 else (0.0, x)
         state, f = proportional_integral_step(

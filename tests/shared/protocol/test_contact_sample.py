@@ -122,15 +122,15 @@ def test_an_anchor_or_give_is_there_where_the_flags_say_so(flags: int, size: int
 def test_an_absurd_hand_is_named_whoever_sends_it(
     anchor: Vec3 | None, name: str, offset: int, values: tuple[float, ...]
 ) -> None:
-    told = GOOD._replace(anchor=anchor, deflection=0.01, own_model=USUAL_HAND)
-    data = bytearray(told.encode())
+    reported = GOOD._replace(anchor=anchor, deflection=0.01, own_model=USUAL_HAND)
+    data = bytearray(reported.encode())
     assert len(data) == SIZES[7 if anchor else 6] <= MAX_FRAME_BYTES
     for value in values:
         struct.pack_into("<f", data, len(data) - offset, value)
         with pytest.raises(RemoteProtocolError, match=f"^{name} of a model is "):
             ContactSample.decode(bytes(data))
         with pytest.raises(LocalProtocolError, match=f"^{name} of a model is "):
-            told._replace(own_model=USUAL_HAND._replace(**{name: value})).encode()
+            reported._replace(own_model=USUAL_HAND._replace(**{name: value})).encode()
 
 
 def test_a_hand_is_not_sent_without_its_give() -> None:

@@ -87,8 +87,8 @@ def test_each_value_of_a_message_has_a_field(layouts: tuple[Layout, ...], kept: 
 
 def test_each_value_of_a_part_has_a_field() -> None:
     in_bytes = {"law", "geometry", "fresh", "friction"}
-    told = names(USER) - {"shape", "state", "to_free"} | {"x_free"}
-    assert told == members(UserRecord) - in_bytes
+    reported = names(USER) - {"shape", "state", "to_free"} | {"x_free"}
+    assert reported == members(UserRecord) - in_bytes
     assert all(f"`{name}`" in "".join(f.meaning for f in USER.fields) for name in in_bytes)
     assert names(NEIGHBOURHOOD) - {"count"} == members(Neighbourhood) - {"items"}
     assert all(hasattr(Neighbourhood, name) for name in names(NEIGHBOUR))

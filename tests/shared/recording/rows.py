@@ -19,6 +19,6 @@ def rows(start: int, end: int) -> bytes:
     return b"".join(ROW.pack(*row(n)) for n in range(start, end))
 
 
-def recorder(path: Path, told: list[str] | None = None, *, overwrite: bool = False) -> Recorder:
-    heard: list[str] = [] if told is None else told
+def recorder(path: Path, reported: list[str] | None = None, *, overwrite: bool = False) -> Recorder:
+    heard: list[str] = [] if reported is None else reported
     return Recorder(path, name="ann", loop_hz=1000.0, overwrite=overwrite, tell=heard.append)

@@ -135,34 +135,36 @@ def test_of_a_damaged_part_the_rest_is_saved_and_the_part_stays(tmp_path: Path) 
 
 
 def test_a_folder_that_was_removed_is_told_at_once_and_costs_no_row(tmp_path: Path) -> None:
-    told: list[str] = []
+    reported: list[str] = []
     folder = tmp_path / "folder"
     folder.mkdir()
-    made = recorder(folder / "x.npz", told)
+    made = recorder(folder / "x.npz", reported)
     (folder / "x.npz.part").unlink()
     folder.rmdir()
     made.keep(rows(0, 10))
     made._thread.join()  # pyright: ignore[reportPrivateUsage]
     made.keep(rows(10, 20))
-    assert len(told) == 1
-    assert "x.npz ends here (somebody has removed or moved it or its folder)" in told[0]
+    assert len(reported) == 1
+    assert "x.npz ends here (somebody has removed or moved it or its folder)" in reported[0]
     with pytest.raises(OutputError, match=r"0\.0 s, without a gap, are kept in") as ended:
         made.finish()
-    rescued = Path(told[0].rpartition(" ")[2])
+    rescued = Path(reported[0].rpartition(" ")[2])
     assert str(rescued) in str(ended.value)
     assert len(read_recording(rescued).rows) == 10
     rescued.unlink()
 
 
 def test_what_the_disk_cannot_take_is_a_gap(tmp_path: Path) -> None:
-    told: list[str] = []
-    made = recorder(tmp_path / "x.npz", told)
+    reported: list[str] = []
+    made = recorder(tmp_path / "x.npz", reported)
     block = rows(0, 1000)
     made._changed.acquire()  # pyright: ignore[reportPrivateUsage]
     for _ in range(WAITING // len(block) + 2):
         made.keep(block)
     made._changed.release()  # pyright: ignore[reportPrivateUsage]
-    assert told == [f"the disk is too slow for the recording {tmp_path}/x.npz: it will have a gap"]
+    assert reported == [
+        f"the disk is too slow for the recording {tmp_path}/x.npz: it will have a gap"
+    ]
     made.finish()
     assert len(read_recording(tmp_path / "x.npz").rows) == WAITING // len(block) * 1000
 
@@ -201,13 +203,13 @@ def test_a_recording_of_an_earlier_version_can_be_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize("room", [0, 4, 8, 16, 24, 32, 48, 64, 96, 128])
 def test_a_full_disk_costs_what_did_not_fit_and_no_older_file(tmp_path: Path, room: int) -> None:
     """At ten places, the room that is left for the recording in kB."""
-    told: list[str] = []
+    reported: list[str] = []
     with small_disk(tmp_path / "disk", "512k") as disk:
         path = disk / "x.npz"
         path.write_bytes(b"an earlier one")
         filling = fill(disk)
         os.truncate(filling, filling.stat().st_size - 1024 * room)
-        made, noise = recorder(path, told, overwrite=True), np.random.default_rng(1)
+        made, noise = recorder(path, reported, overwrite=True), np.random.default_rng(1)
         kept = largest = 0
         for start in range(0, 2000, 100):
             block = np.frombuffer(rows(start, start + 100)).reshape(-1, len(COLUMNS)).copy()
@@ -216,8 +218,8 @@ def test_a_full_disk_costs_what_did_not_fit_and_no_older_file(tmp_path: Path, ro
             kept += 100
             largest = max(largest, len(rows_block(RowBlock(ZERO, block.tobytes()))))
         made._thread.join()  # pyright: ignore[reportPrivateUsage]
-        assert len(told) == 1
-        assert "No space left on device" in told[0]
+        assert len(reported) == 1
+        assert "No space left on device" in reported[0]
         with pytest.raises(OutputError, match=r"the recording ended before the hand did"):
             made.finish()
         found = read_recording(part_of(path))
@@ -239,8 +241,8 @@ def until_written(path: Path, count: int) -> None:
 def test_whatever_ends_the_writing_is_said_at_once_and_what_there_is_is_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
 ) -> None:
-    told: list[str] = []
-    made = recorder(tmp_path / "x.npz", told)
+    reported: list[str] = []
+    made = recorder(tmp_path / "x.npz", reported)
     made.keep(rows(0, 3))
     until_written(tmp_path / "x.npz", 3)
 
@@ -251,7 +253,7 @@ def test_whatever_ends_the_writing_is_said_at_once_and_what_there_is_is_kept(
     made.keep(rows(3, 9))
     with pytest.raises(OutputError, match="the recording ended before the hand did"):
         made.finish()
-    (words,) = told
+    (words,) = reported
     assert "ends here" in words
     assert len(read_recording(part_of(tmp_path / "x.npz")).rows) == 3
 

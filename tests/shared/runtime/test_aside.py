@@ -126,6 +126,6 @@ def test_a_disk_that_is_full_for_a_moment_costs_what_was_said_in_it_alone(tmp_pa
     out.write("three\n")
     assert out.drain(PATIENCE)
     os.close(file)
-    told, said = log.read_text().splitlines()
-    assert told.startswith("2 lines")
+    reported, said = log.read_text().splitlines()
+    assert reported.startswith("2 lines")
     assert said == "three"

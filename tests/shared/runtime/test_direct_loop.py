@@ -16,18 +16,18 @@ pytestmark = pytest.mark.alone
 
 def play(work: Callable[[DirectLoop], Coroutine[Any, Any, None]]) -> list[dict[str, Any]]:
     """Run on a direct loop; returns what its handler of exceptions was told."""
-    told: list[dict[str, Any]] = []
+    reported: list[dict[str, Any]] = []
 
     async def guarded() -> None:
         loop = asyncio.get_running_loop()
         assert isinstance(loop, DirectLoop)
-        loop.set_exception_handler(lambda _, context: told.append(context))
+        loop.set_exception_handler(lambda _, context: reported.append(context))
         async with asyncio.timeout(20.0):
             await work(loop)
 
     with asyncio.Runner(loop_factory=DirectLoop) as runner:
         runner.run(guarded())
-    return told
+    return reported
 
 
 class Reader(asyncio.Protocol):

@@ -130,13 +130,13 @@ class Depth(Rule):
         # A force that the hand does not get may change at once.
         given = state.sight is not None and state.safety.scale > 0.0
         own = state.depth + period.moved_in
-        if period.explained != 0.0 or period.wished != 0.0:
+        if period.model_change != 0.0 or period.wished != 0.0:
             change, wished = sight.depth - state.depth, period.wished
-            by_models, beyond = _by_models(change, period.moved_in, period.explained, wished)
+            by_models, beyond = _by_models(change, period.moved_in, period.model_change, wished)
             period.spent_models = period.budget.take(beyond * k_h)
             if period.spent_models < beyond * k_h:  # the rest of what others want has to wait
                 wished -= math.copysign(beyond - period.spent_models / k_h, wished)
-                by_models, _ = _by_models(change, period.moved_in, period.explained, wished)
+                by_models, _ = _by_models(change, period.moved_in, period.model_change, wished)
             own += by_models
         limit = period.budget.left if given else math.inf
         period.depth = hold_back(own, sight.depth, limit / max(k_h, SOFT))
@@ -149,7 +149,7 @@ class Depth(Rule):
 
 
 def _by_models(
-    change: float, moved_in: float, explained: float, wished: float
+    change: float, moved_in: float, model_change: float, wished: float
 ) -> tuple[float, float]:
     """Return the change of the depth by models, and the part of it that uses the budget [m].
 
@@ -158,13 +158,13 @@ def _by_models(
     Args:
         change: Depth below the shown surface, less the depth in the last period [m].
         moved_in: Displacement of the hand into the surface [m].
-        explained: Change by the models' answer [m].
+        model_change: Change by the models' answer [m].
         wished: Change by what others want [m].
     """
-    own, gap = moved_in + explained, change - moved_in
+    own, gap = moved_in + model_change, change - moved_in
     whole = own + wished
     beyond = max(0.0, whole - max(0.0, own), min(0.0, own) - whole)
-    return max(min(0.0, gap), min(max(0.0, gap), explained + wished)), beyond
+    return max(min(0.0, gap), min(max(0.0, gap), model_change + wished)), beyond
 
 
 def held(period: Period, sight: Sight) -> Sight:

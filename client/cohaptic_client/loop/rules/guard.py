@@ -114,7 +114,7 @@ class Rate(Rule):
             return
         state, settings, step = period.state.safety, period.settings, period.counted
         limits, velocity = settings.limits, period.sample.velocity
-        own = own_force(period) + period.state.k_h * abs(period.explained)
+        own = own_force(period) + period.state.k_h * abs(period.model_change)
         damping = max(period.damping, period.state.passivity.damping)
         damping = max(damping, min(damping + period.added_damping, settings.max_damping))
         if damping > 0.0 and velocity != state.velocity:

@@ -8,7 +8,7 @@ from cohaptic.protocol.frame import MAX_POSITION
 from cohaptic.status.reason import JUMPED, OUT_OF_REACH
 from cohaptic.vec import dot, norm, sub
 from cohaptic_client.devices.device import DeviceSample
-from cohaptic_client.loop.answer import WISH_RATE, WISH_RATE_IN_FADES, Own, answer
+from cohaptic_client.loop.answer import WISH_RATE, WISH_RATE_IN_FADES, OwnHand, answer
 from cohaptic_client.loop.arrival import is_silent, play, progress, shown
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.replica import recent_speed
@@ -77,7 +77,7 @@ class Models(Rule):
     """Replaces the forces of the others in the surface by those that models of them have now."""
 
     def apply(self, period: Period) -> None:
-        """Fill in `answered`, `recent`, `explained` and `wished`, and replace `sight`."""
+        """Fill in `answered`, `recent`, `model_change` and `wished`, and replace `sight`."""
         state, sight = period.state, period.sight
         replica = period.replica = state.replica
         if sight is None or replica is None:
@@ -88,7 +88,7 @@ class Models(Rule):
         period.recent = recent_speed(replica.recent, moved_in, period.counted)
         fades = period.silent or state.safety.scale < 1.0
         fades = fades or (state.fade is not None and state.fade.before is not None)
-        own = Own(
+        own = OwnHand(
             state.k_h, patch.c_ii, settings.limits.max_force, state.safety.scale,
             settings.max_stiffness, moved_in, period.recent.speed,
             WISH_RATE_IN_FADES if fades else WISH_RATE, state.trust.fraction,
@@ -96,4 +96,4 @@ class Models(Rule):
         answered = answer(replica, sight, period.fraction, own, period.counted)
         period.answered = answered
         period.sight = answered.sight
-        period.explained, period.wished = answered.explained, answered.wished
+        period.model_change, period.wished = answered.model_change, answered.wished

@@ -166,7 +166,7 @@ class HapticLoop:
         self._started = self._clock.now()
         self._heard = self._started
         self._ends = math.inf
-        self._told = ""
+        self._reported_fault = ""
         self._faults, self._last_fault = 0, ""
         self._heard_device = True
         self._acknowledged = 0
@@ -192,7 +192,7 @@ class HapticLoop:
             if now >= housekeeping:
                 housekeeping = now + HOUSEKEEPING
                 self._obey(now)
-                if now >= report or self._state.safety.fault != self._told:
+                if now >= report or self._state.safety.fault != self._reported_fault:
                     report = now + REPORT
                     self._report(now)
             statistics.periods += 1
@@ -266,9 +266,9 @@ class HapticLoop:
 
     def _report(self, now: float) -> None:
         statistics, safety = self.statistics, self._state.safety
-        if safety.fault and safety.fault != self._told:
+        if safety.fault and safety.fault != self._reported_fault:
             self._faults, self._last_fault = self._faults + 1, safety.fault
-        self._told = safety.fault
+        self._reported_fault = safety.fault
         self._memory.status.write(
             status_json(
                 loop_hz=statistics.periods / max(1e-9, now - self._started),

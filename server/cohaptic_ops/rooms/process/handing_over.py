@@ -65,13 +65,13 @@ class HandedSocket(Taken):
     def __init__(self, file: int, number: int, left: Callable[[int], None]) -> None:
         super().__init__(fileno=file)
         self._number, self._left = number, left
-        self._told = False
+        self._report = False
 
     def close(self) -> None:
         """Close the connection, and report its number."""
         super().close()
-        if not self._told:
-            self._told = True
+        if not self._report:
+            self._report = True
             self._left(self._number)
 
 

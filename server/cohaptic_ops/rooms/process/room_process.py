@@ -253,10 +253,10 @@ class _Room:
         while True:
             if self.measured:
                 channel.tell_newest(Measured(metrics=gatherer.gather()))
-            told = 0.0
-            while told < _MEASURED_EVERY:
+            reported = 0.0
+            while reported < _MEASURED_EVERY:
                 channel.tell_newest(self._report(server))
-                told += await self._pause(server)
+                reported += await self._pause(server)
             before, used = used, _processor_time()
             done_before, done = done, _ticks_done(server)
             if done <= done_before:

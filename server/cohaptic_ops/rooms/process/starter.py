@@ -66,8 +66,10 @@ async def keep_starter(clock: Clock) -> None:
             now = clock.now()
             restarts, since = restarts.ended(since, now), now
             pause += restarts.pause
-            told = {"event": "starter_ended"}
-            log.warning("the process that starts rooms has ended; it has a successor", extra=told)
+            reported = {"event": "starter_ended"}
+            log.warning(
+                "the process that starts rooms has ended; it has a successor", extra=reported
+            )
         await asyncio.sleep(pause)
 
 

@@ -88,8 +88,8 @@ def fetch(
         return False
     finally:
         part.unlink(missing_ok=True)
-    told = {"event": "object_fetched"}
-    _LOG.info("the %s was fetched from %s (%.3g MB)", label, storage, size / 1e6, extra=told)
+    reported = {"event": "object_fetched"}
+    _LOG.info("the %s was fetched from %s (%.3g MB)", label, storage, size / 1e6, extra=reported)
     return True
 
 
@@ -152,10 +152,10 @@ class _Storage:
     def give_up(self, label: str, error: Exception) -> None:
         """Ask no more in this process, and say so."""
         _refused.add(self._use)
-        told = _public(str(error) or type(error).__name__, self._url)
+        reported = _public(str(error) or type(error).__name__, self._url)
         words = "the %s cannot be %s %s, and nothing more until the next start (%s)"
         event = {"event": "shared_cache_lost"}
-        _LOG.warning(words, label, self._use, self, told, extra=event)
+        _LOG.warning(words, label, self._use, self, reported, extra=event)
 
     def __str__(self) -> str:
         return _public(self._url, self._url)

@@ -62,8 +62,8 @@ class Visitor:
         aim_told: Whether the newest `aim` was sent to the followers.
         aimed: Time at which an `aim` was last sent to the followers [s].
         points: Token bucket of the rate limit on pointing.
-        told: Last message about the people in the room that was queued for the page, encoded; None
-            before the first.
+        reported: Last message about the people in the room that was queued for the page,
+            encoded; None before the first.
     """
 
     watcher: Watcher
@@ -74,10 +74,10 @@ class Visitor:
     open: bool = False
     following: int = 0
     aim: Aim | None = None
-    aim_told: bool = True
+    aim_reported: bool = True
     aimed: float = LONG_AGO
     points: float = FULL
-    told: str | None = None
+    reported: str | None = None
 
     def owns(self, room: Room, user: int) -> bool:
         """Whether a user belongs to this page: both clients have sent the same secret."""
@@ -159,12 +159,12 @@ class Follows:
         self.take_hand(visitor, 0)
 
 
-TOLD_EVERY = 0.25  # s between two checks of who is in the room
+REPORT_EVERY = 0.25  # s between two checks of who is in the room
 AIMED_EVERY = 0.1  # s between two messages with the view of a followed user
 # Limit on the messages that one tick encodes, plus the followers named in them; each takes up to
 # 30 us, and one page that toggles can change all messages. The others wait for the next tick.
 NEWS_AT_ONCE = 32
-_TOLD = object()
+_REPORTED = object()
 
 
 class Gathering:
@@ -213,20 +213,22 @@ class Gathering:
                 # The message may have been on its way when the last follower left, so a view
                 # without followers is no error.
                 if visitor.user and visitor.open:
-                    visitor.aim, visitor.aim_told = said, False
+                    visitor.aim, visitor.aim_reported = said, False
             case Point():
                 self._point(visitor, said, source, now)
 
     def step(self, now: float) -> None:
         """Send all pages the changes that are due; to be called at every tick."""
-        if self._telling is None and (now - self._looked >= TOLD_EVERY or now < self._looked):
+        if self._telling is None and (now - self._looked >= REPORT_EVERY or now < self._looked):
             self._looked = now
             self._telling = self._tell_company() if self._look() else None
-        if self._telling is not None and next(self._telling, _TOLD) is _TOLD:
+        if self._telling is not None and next(self._telling, _REPORTED) is _REPORTED:
             self._telling = None
         for visitor in self._follows.pages:
-            if not visitor.aim_told and (now - visitor.aimed >= AIMED_EVERY or now < visitor.aimed):
-                visitor.aimed, visitor.aim_told = now, True
+            if not visitor.aim_reported and (
+                now - visitor.aimed >= AIMED_EVERY or now < visitor.aimed
+            ):
+                visitor.aimed, visitor.aim_reported = now, True
                 self._tell_aim(visitor, self._follows.of(visitor.user))
 
     def _meet(self, watcher: Watcher) -> None:
@@ -280,8 +282,8 @@ class Gathering:
                 )
                 news[which] = encode_control(company)
                 made += 1 + len(followers)
-            if visitor.told != news[which]:
-                visitor.told = news[which]
+            if visitor.reported != news[which]:
+                visitor.reported = news[which]
                 visitor.mailbox.put_company(news[which])
             if made >= NEWS_AT_ONCE:
                 made = 0

@@ -69,8 +69,8 @@ def rename(
                 )
                 outcome.flush.append(other)
     peer.session.send(Named(name=wish.name))
-    told = f"{before} goes by the name {wish.name}"
-    outcome.say("renamed", told, peer.source, user=wish.name)
+    sentence = f"{before} goes by the name {wish.name}"
+    outcome.say("renamed", sentence, peer.source, user=wish.name)
 
 
 def _check(

@@ -168,7 +168,7 @@ class WaitQueue:
         """Return the numbers of the called visitors who have not come within their turn."""
         return tuple(p.number for p in self.places if p.until is not None and now >= p.until)
 
-    def told(self) -> Mapping[int, tuple[int, int]]:
+    def ranks(self) -> Mapping[int, tuple[int, int]]:
         """Map each visitor who is not called yet to its place (from 1) and the number of places."""
         waiting = [p.number for p in self.places if p.until is None]
         return {number: (k + 1, len(waiting)) for k, number in enumerate(waiting)}

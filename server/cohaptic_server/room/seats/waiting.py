@@ -30,7 +30,7 @@ class _Waiter:
         hello: First message of the client; a `set_name` replaces the name in it.
         token: Token with which the client can come back; None if the client needs no token, or
             after the token was sent.
-        told: Place and number of places in the client's last message; None before the first
+        reported: Place and number of places in the client's last message; None before the first
             message.
         told_at: Time at which that message was queued [s].
     """
@@ -39,8 +39,8 @@ class _Waiter:
     session: ServerSession
     hello: Hello
     token: str | None = None
-    told: tuple[int, int] | None = None
-    told_at: float = 0.0
+    reported: tuple[int, int] | None = None
+    reported_at: float = 0.0
 
     @property
     def claim(self) -> Claim:
@@ -49,12 +49,12 @@ class _Waiter:
     def tell(self, place: tuple[int, int], now: float, outcome: Outcome) -> None:
         """Send the client its place if the place has changed, or if `REPEAT` has passed since."""
         # A client that has not taken the last message is not told again.
-        repeated = now - self.told_at >= REPEAT and self.session.outbox.empty
-        if self.told == place and not repeated:
+        repeated = now - self.reported_at >= REPEAT and self.session.outbox.empty
+        if self.reported == place and not repeated:
             return
-        if self.told is not None and self.session.outbox.empty:
+        if self.reported is not None and self.session.outbox.empty:
             self.token = None  # the message with the token was sent, and no newer one replaced it
-        self.told, self.told_at = place, now
+        self.reported, self.reported_at = place, now
         self.session.send(Place(place=place[0], of=place[1], session=self.token))
         outcome.flush.append(self.peer)
 
@@ -171,20 +171,20 @@ class Waiting:
             waiter.session.fail(error, Event.MISSED)
             outcome.flush.append(waiter.peer)
             name = waiter.hello.name
-            told = f"{name} was called to a place and did not come"
-            outcome.say("missed_its_turn", told, waiter.peer.source, user=name)
+            sentence = f"{name} was called to a place and did not come"
+            outcome.say("missed_its_turn", sentence, waiter.peer.source, user=name)
         for number in [k for k, w in self._waiters.items() if w.session.close is not None]:
             self._take_out(number, now)  # the session has ended, but the connection not yet
         for number in self._room.call(now):
             self._call(self._waiters[number], TURN, outcome)
-        for number, place in self._room.queue.told().items():
+        for number, place in self._room.queue.ranks().items():
             self._waiters[number].tell(place, now, outcome)
 
     def _call(self, waiter: _Waiter, within: float, outcome: Outcome) -> None:
         waiter.session.call(Called(within=max(within, 0.001)))
         outcome.flush.append(waiter.peer)
-        told = f"{waiter.hello.name} is called to a place"
-        outcome.say("called", told, waiter.peer.source, user=waiter.hello.name)
+        sentence = f"{waiter.hello.name} is called to a place"
+        outcome.say("called", sentence, waiter.peer.source, user=waiter.hello.name)
 
     def _take_over(self, before: list[int], outcome: Outcome) -> None:
         """End the earlier connections of a client that has come back with another connection."""

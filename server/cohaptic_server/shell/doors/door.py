@@ -351,8 +351,8 @@ class Door(socket.socket):
             if refusal is None:
                 return connection, source, peer
             turn_away(connection, refusal)
-            told = f"a connection from {source} was refused: {refusal.why}"
-            self._gate.tell(source, "refused", told)
+            sentence = f"a connection from {source} was refused: {refusal.why}"
+            self._gate.tell(source, "refused", sentence)
         raise BlockingIOError
 
     def _let_several_in(self, porch: Porch) -> None:
@@ -413,5 +413,5 @@ class Door(socket.socket):
             with contextlib.suppress(OSError):
                 connection, _ = super().accept()
                 turn_away(connection, Refusal("this machine has no more open files", 5.0), 503)
-        told = f"connections are refused: {error.strerror}"
-        self._gate.tell("no files", "no_files", told, warning=True)
+        sentence = f"connections are refused: {error.strerror}"
+        self._gate.tell("no files", "no_files", sentence, warning=True)

@@ -54,18 +54,18 @@ def show_swing(
     swinging = body.swinging(response)
     if swinging is None:
         return response
-    fraction, stiffest, budget, papers = 0.0, 0.0, np.inf, False
+    fraction, stiffest, budget, paper_laws = 0.0, 0.0, np.inf, False
     parts = np.zeros((swinging.along.shape[1],) * 2)
     for user, weight, span, start in zip(users, near, spans, starts, strict=False):
         if weight <= 0.0 or not takes_part(user):
             continue
         budget = min(budget, user.touch.who.damping_budget)
-        papers = papers or user.touch.who.law.answers_own_dent
+        paper_laws = paper_laws or user.touch.who.law.answers_own_dent
         K = hand_stiffness(user, compliance[span, span])
         stiffest = max(stiffest, float(np.abs(K).sum(axis=1).max()))
         along = swinging.along[start : start + len(K)]
         parts += along.T @ K @ along
-    if gains is not None and not papers:
+    if gains is not None and not paper_laws:
         theta, stiffness = hand_class(budget, stiffest)
         taken = float(np.linalg.eigvalsh(parts)[-1])
         fraction = felt_share(gains, theta, stiffness, lag, taken, body.swing)

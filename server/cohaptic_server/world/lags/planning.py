@@ -157,7 +157,7 @@ def find_anticipation(
     """
     if not len(loop.S):
         return Planned(NOTHING, UNCOUPLED, 0.0)
-    if S is None or loop.papers:
+    if S is None or loop.paper_laws:
         return Planned(NOTHING, None, coupling_radius(loop.S))
     whole = anticipated(S)
     if whole.lowest < -1.0 - ROUNDING:  # a user chose such gains: nothing is proved

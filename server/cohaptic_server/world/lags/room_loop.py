@@ -53,7 +53,7 @@ class RoomLoop:
         slowest: Numbers of the users with the longest loop delay.
         weakest: Numbers of the users with the smallest damping budget.
         predictive: Whether any user in the loop has the predictive control law.
-        papers: Whether any user in the loop has one of the paper's control laws.
+        paper_laws: Whether any user in the loop has one of the paper's control laws.
     """
 
     users: Sequence[Hand]
@@ -67,7 +67,7 @@ class RoomLoop:
     slowest: tuple[int, ...]
     weakest: tuple[int, ...]
     predictive: bool
-    papers: bool
+    paper_laws: bool
 
 
 def takes_part(user: Hand) -> bool:
@@ -91,7 +91,7 @@ def room_loop(
         dt: Simulation period N T [s].
     """
     within: list[bool] = pressing.tolist()
-    longest_delay, damping_budget, predictive, papers = dt, np.inf, False, False
+    longest_delay, damping_budget, predictive, paper_laws = dt, np.inf, False, False
     slowest: list[int] = []
     weakest: list[int] = []
     for i, (user, presses) in enumerate(zip(users, within, strict=True)):
@@ -100,7 +100,7 @@ def room_loop(
             continue
         touch = user.touch
         predictive = predictive or not touch.who.law.answers_own_dent
-        papers = papers or touch.who.law.answers_own_dent
+        paper_laws = paper_laws or touch.who.law.answers_own_dent
         # The client blends into a new patch over one period, which adds to the delay.
         delay = user.delay.counted + dt
         if delay > longest_delay:
@@ -125,7 +125,7 @@ def room_loop(
         slowest=tuple(slowest),
         weakest=tuple(weakest),
         predictive=predictive,
-        papers=papers,
+        paper_laws=paper_laws,
     )
 
 

@@ -38,7 +38,7 @@ _LONGEST_GAP: Final = 0.25
 _SHORTEST_GAP: Final = 0.004
 _LEAST_SAMPLES: Final = 20  # in a window, at 10 ticks per second
 # 1/s, of the logarithms of a told hand that changes: as fast as clients let models change.
-TOLD_RATE: Final = 1.0
+REPORT_RATE: Final = 1.0
 # s; time constant of the largest force that a hand has told: a tap is remembered until the next
 # one. Reasoned, not measured.
 _FORGET: Final = 0.5
@@ -70,7 +70,7 @@ class Learned:
         wanted: Model and lag towards which these move.
         due: Time of the server's clock at which the next window is taken in [s].
         peak: Largest force into the object that the hand has told lately [N].
-        told: Whether its client simulates and tells the hand.
+        reported: Whether its client simulates and tells the hand.
         doubted: Least lag with which it is heard, since it told something implausible [s].
     """
 
@@ -81,7 +81,7 @@ class Learned:
     wanted: tuple[HandModel, float] = (USUAL_HAND, FIRST_LAG)
     due: float = 0.0
     peak: float = 0.0
-    told: bool = False
+    reported: bool = False
     doubted: float = 0.0
 
     def ready(self, now: float) -> bool:
@@ -107,8 +107,8 @@ def known(learned: Learned | None, user: int, hand: HandModel) -> Learned:
         user: Number of the user.
         hand: The hand.
     """
-    if learned is None or not learned.told:
-        return replace(unknown(user), model=hand, lag=0.0, wanted=(hand, 0.0), told=True)
+    if learned is None or not learned.reported:
+        return replace(unknown(user), model=hand, lag=0.0, wanted=(hand, 0.0), reported=True)
     return replace(learned, wanted=(hand, 0.0))
 
 
@@ -136,9 +136,11 @@ def glide(learned: Learned, force: float, dt: float) -> Learned:
     model, late = learned.wanted
     if learned.model == model and learned.lag == late:
         return learned
-    if learned.told:
-        told = [_glided(a, b, TOLD_RATE * dt) for a, b in zip(learned.model, model, strict=True)]
-        return replace(learned, model=HandModel(*told))
+    if learned.reported:
+        reported = [
+            _glided(a, b, REPORT_RATE * dt) for a, b in zip(learned.model, model, strict=True)
+        ]
+        return replace(learned, model=HandModel(*reported))
     in_need = np.array(late > learned.lag)
     moved = towards(np.array(learned.model), np.array(model), in_need, dt)
     slower = lag_towards(np.array([learned.lag]), np.array([late]), dt)

@@ -27,7 +27,7 @@ _MORE_FORCE: Final = 0.5
 _FORCE: Final = 1.1
 # A model presses with so much of the force that its hand has told lately and a newton [N] at most:
 # a hand may be deep and press with nothing, as after a fault.
-_MAX_TOLD: Final = 1.25
+_MAX_REPORTED: Final = 1.25
 _MAX_MORE: Final = 1.0
 _FARTHEST: Final = 0.05  # m over the object; a hand farther away touches nothing soon
 _FASTEST: Final = 1.5  # m/s, the speed at which a client's safety layer lets go
@@ -41,14 +41,14 @@ def deflection_of(touch: Touch, hand: Learned) -> float:
     """Return a client's deflection, as far as the forces that it reports can make it [m]."""
     force = min(touch.who.max_force, hand.peak + _MORE_FORCE)
     # Of the hand or of the model on its way to it, whichever presses less by such a deflection.
-    stiffness = max(hand.model.stiffness, hand.wanted[0].stiffness if hand.told else 0.0)
+    stiffness = max(hand.model.stiffness, hand.wanted[0].stiffness if hand.reported else 0.0)
     limit = _MAX_DEFLECTION * force / stiffness
     return min(limit, max(-limit, touch.deflection or 0.0))
 
 
 def strength(hand: Learned) -> float:
     """Return the largest force with which models of a hand press [N]."""
-    return _MAX_TOLD * hand.peak + _MAX_MORE
+    return _MAX_REPORTED * hand.peak + _MAX_MORE
 
 
 def depth_of(

@@ -224,7 +224,7 @@ def _learned(
     """Return the hands with one window taken in, and the time at which the last one was."""
     users = [touch.user for touch in tracked.touches]
     waiting = [user for user in users if user in hands and hands[user].ready(now)]
-    changing = any([hand.told and hand.model != hand.wanted[0] for hand in hands.values()])
+    changing = any([hand.reported and hand.model != hand.wanted[0] for hand in hands.values()])
     # Around a hand that changes, a window's contacts are those of no one moment.
     if changing or not waiting:
         return hands, learned_at

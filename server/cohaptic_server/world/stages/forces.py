@@ -28,7 +28,7 @@ def limit(tick: Tick) -> None:
     tick.max_force = np.where(c_ii < np.inf, largest, np.inf)
     requested = tick.force
     tick.force = tick.limited = limit_forces(requested, tick.max_force)
-    if tick.tracked.rough:
+    if tick.tracked.frictional:
         scale = tick.present * (tick.limited / np.maximum(requested, 1e-300))
         tick.along = scale[:, None] * tick.along
 
@@ -46,7 +46,7 @@ def lag(tick: Tick) -> None:
     """Let the forces pass the room's lag."""
     lags = lags_of(tick.state, tick.tracked, tick.previous, tick.limited)
     tick.force = tick.lagged = low_pass(tick.previous, tick.force, lags, tick.time.elapsed)
-    if tick.tracked.rough:
+    if tick.tracked.frictional:
         tick.along = low_pass(tick.was, tick.along, lags[:, None], tick.time.elapsed)
 
 
@@ -54,7 +54,7 @@ def bound_rate(tick: Tick) -> None:
     """Let all others together change the force on one hand no faster than `EFFECT_RATE`."""
     tracked, previous, C = tick.tracked, tick.previous, tick.C.copy()
     change = np.abs(tick.force - previous)
-    aside = tick.along - tick.was if tracked.rough else None
+    aside = tick.along - tick.was if tracked.frictional else None
     if aside is not None:
         change += np.sqrt(np.einsum("ij,ij->i", aside, aside))
     # Stiffness K of each hand, at most 1 / C_ii, which is infinite where it is not known.

@@ -80,5 +80,5 @@ def release(tick: Tick) -> None:
         tick.force = tick.present * tick.force
         tick.previous = tick.present * tick.previous
     tick.along = tick.was = tracked.tangential
-    if tracked.rough:
+    if tracked.frictional:
         tick.was = previous_tangential(last, tracked, tick.present)

@@ -53,7 +53,7 @@ def build_patches(tick: Tick) -> None:
     rows, stiffest = weighted.tolist(), tick.stiffest.tolist()
     tick.k_o_coupled = (1.0 / np.abs(weighted).sum(axis=1)).tolist()
     of_contacts: list[Compliance3 | None] = [None] * len(tick.spans)
-    for i in tracked.rough:
+    for i in tracked.frictional:
         normal = tracked.contacts.frames[i, 2]
         of_contacts[i] = contact_compliance(tick.compliance, normal, tick.spans[i])
     tick.of_contacts = of_contacts
@@ -63,7 +63,7 @@ def build_patches(tick: Tick) -> None:
         tick.touched_body, tick.observed.windows, tick.observed.free, x_free, normals
     )
     own = applied.force[:, None] * normals
-    if tracked.rough:
+    if tracked.frictional:
         own += applied.tangential
     places, normal_of, force = _tuples(x_free), _tuples(normals), _tuples(own)
     by_others, curved = _tuples(x_free - frames[:, 1]), curvatures.tolist()

@@ -25,7 +25,7 @@ from cohaptic_server.world.users import Hand
 def couple(tick: Tick) -> None:
     """Find how far a force at each contact moves the others, and the loop that hands close so."""
     tracked, period = tick.tracked, tick.time.period
-    steep = [i for i in tick.turns if i not in tracked.rough]
+    steep = [i for i in tick.turns if i not in tracked.frictional]
     wide_spans = [slice(a, b) for a, b in pairwise(tick.starts.tolist())]
     compliance, tick.spans = without_tangents(tick.response.compliance, wide_spans, steep)
     tick.compliance = bounded(compliance, tick.spans)
@@ -46,7 +46,7 @@ def plan(tick: Tick) -> None:
     state, time, tracked = tick.state, tick.time, tick.tracked
     S = known_coupling(tick.loop, tick.turned)
     # A hand with a law of the paper may come and go in every tick, as contacts at a limit may.
-    tick.unknown_at = time.now if S is None or tick.loop.papers else state.unknown_at
+    tick.unknown_at = time.now if S is None or tick.loop.paper_laws else state.unknown_at
     if time.now - tick.unknown_at < CALM_TIME:
         S = None
     tick.plan = find_anticipation(tick.loop, tracked.contacts.normals, S, tick.turned, time.period)

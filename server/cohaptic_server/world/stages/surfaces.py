@@ -35,7 +35,7 @@ def respond(tick: Tick) -> None:
     tracked, applied = tick.tracked, tick.applied
     # Steep contacts need the body's response in two more directions, along the surface.
     tick.turns = steep_contacts(tracked.contacts.slopes)
-    tick.wide = sorted({*tracked.rough, *tick.turns})
+    tick.wide = sorted({*tracked.frictional, *tick.turns})
     fading = [release.faded() for release in tick.releases]
     loads, tick.starts = loads_of(
         tracked.contacts, applied.force, applied.tangential, tick.wide, fading

@@ -152,16 +152,16 @@ def test_a_call_that_hangs_is_released_and_the_loop_goes_on_from_no_force(
 def test_it_goes_before_the_loop_which_may_spin_at_a_real_time_priority(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    asked, told = list[tuple[int, str]](), threading.Event()
+    asked, reported = list[tuple[int, str]](), threading.Event()
 
     def prefer(priority: int) -> str:
         asked.append((priority, threading.current_thread().name))
-        told.set()
+        reported.set()
         return "as it was"
 
     monkeypatch.setattr(watchdog, "prefer_this_process", prefer)
     dog = Watchdog(Released(), CLOCK, LIMIT, lambda status: pytest.fail(str(status)))
     dog.start()
-    assert told.wait(30.0)
+    assert reported.wait(30.0)
     dog.stop()
     assert asked == [(LOOP_PRIORITY + 1, "watchdog")]

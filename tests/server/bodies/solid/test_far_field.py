@@ -72,11 +72,11 @@ def test_far_away_it_agrees_with_the_solid(
     vertices, weights, _ = touch(one)
     push = np.array(d) / np.linalg.norm(d)
     true = true_field(vertices, weights, push)
-    told = found.at(by_samples(vertices, weights, push), np.arange(len(true)))
+    reported = found.at(by_samples(vertices, weights, push), np.arange(len(true)))
     x = soft_ring().mesh.vertices
     far = np.linalg.norm(x - weights @ x[vertices], axis=1) > 2.0 * found.spacing
     dent = np.linalg.norm(true, axis=1).max()
-    gap = np.linalg.norm(told - true, axis=1)
+    gap = np.linalg.norm(reported - true, axis=1)
     assert gap[far].max() < 0.08 * dent
     # What it says of two contacts does not depend on which of them pushes.
     other, fractions, _ = touch(two)

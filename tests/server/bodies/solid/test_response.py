@@ -97,18 +97,18 @@ def test_a_finger_that_slides_meets_no_step_whatever_columns_come() -> None:
     """C_ii and the neighbour's displacement change little from tick to tick, columns or not."""
     body, whole = background(), soft_ring()
     other = press((0.3, 1.5), 2.0)
-    told, true = list[Floats](), list[Floats]()
+    reported, true = list[Floats](), list[Floats]()
     for tick in range(240):
         if tick % 7 == 0:
             body.solve_missing(24)
         finger = press((0.6 * math.sin(0.03 * tick), 1.2), 1.0)  # up to 60 mm/s at 60 Hz
-        for solid, found in ((body, told), (whole, true)):
+        for solid, found in ((body, reported), (whole, true)):
             response = solid.respond([finger, other])
             free = response.without(slice(0, 1), np.ones(1), finger.vertices)
             u_others = float(finger.weights @ free @ finger.direction)
             found.append(np.array([response.compliance[0, 0], u_others]))
     # C changes along the body itself; only the excess over that comes from the columns.
-    over = np.abs(np.diff(told, axis=0)) - np.abs(np.diff(true, axis=0))
+    over = np.abs(np.diff(reported, axis=0)) - np.abs(np.diff(true, axis=0))
     assert over.max() < 0.01 * np.max(true)
 
 

@@ -54,8 +54,10 @@ def test_one_of_two_balls_is_not_taken_for_both_unasked(
     source = ObjectFile(on_a_thread(tmp_path / "two.stl", 0.008), "z < 0", edge=0.1)
     with pytest.raises(VolumeLostError):
         load_or_prepare(source)
-    told = r"two.stl: .*, and what is left is not the object any more: 9\d% of its volume, up to 7"
-    with pytest.raises(BodyError, match=told):
+    sentence = (
+        r"two.stl: .*, and what is left is not the object any more: 9\d% of its volume, up to 7"
+    )
+    with pytest.raises(BodyError, match=sentence):
         resolve(source, demand=demand)
     asked = resolve(replace(source, repair=True), demand=demand)
     assert load_or_prepare(asked.source).tets.volume > 0.0

@@ -79,9 +79,11 @@ def test_a_url_of_no_known_kind_is_refused_without_its_password(
 ) -> None:
     del storage
     monkeypatch.setenv(shared.VARIABLE, url)
-    with pytest.raises(SettingError, match="it must be a URL such as s3://bucket/folder") as told:
+    with pytest.raises(
+        SettingError, match="it must be a URL such as s3://bucket/folder"
+    ) as reported:
         load_entry(entry_path(b"x"), "thing")
-    assert "secret" not in str(told.value)
+    assert "secret" not in str(reported.value)
 
 
 @pytest.mark.live

@@ -11,7 +11,7 @@ from cohaptic.protocol.watch_messages import Watch, decode_watch_control
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.sources import Sources
-from cohaptic_server.room.company.gathering import TOLD_EVERY
+from cohaptic_server.room.company.gathering import REPORT_EVERY
 from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.peer import Peer
 from cohaptic_server.room.reception import Entrance
@@ -72,7 +72,7 @@ class Played:
     def point(self, page: Peer) -> None:
         self.say(page, Point(point=(0.1, 0.0, 0.0)))
 
-    def step(self, seconds: float = TOLD_EVERY) -> None:
+    def step(self, seconds: float = REPORT_EVERY) -> None:
         self.now += seconds
         self.lobby.gathering.step(self.now)
 

@@ -43,9 +43,9 @@ def test_a_view_is_followed_and_both_know_it(small_balloon: Balloon) -> None:
     room.aim(page, 0.5)
     room.follow(watcher, ann.user)
     room.step()
-    told = heard(watcher)
-    assert [news.azimuth for news in told if isinstance(news, Aimed)] == [0.5]
-    assert next(news for news in told if isinstance(news, Aimed)).user == ann.user
+    reported = heard(watcher)
+    assert [news.azimuth for news in reported if isinstance(news, Aimed)] == [0.5]
+    assert next(news for news in reported if isinstance(news, Aimed)).user == ann.user
     assert company_of(page).followers == (Follower(user=None, name="bob"),)
     room.follow(watcher, None)
     room.step()
@@ -102,12 +102,12 @@ def test_a_refusal_is_a_sentence_and_ends_what_was_followed(small_balloon: Ballo
     assert company_of(watcher).following == bob.user
     room.say(bobs, Present(name="bob", user=bob.user, key=key_of("bob"), open=False))
     room.aim(bobs)
-    told = heard(watcher)
-    assert [type(news) for news in told] == [Declined]
+    reported = heard(watcher)
+    assert [type(news) for news in reported] == [Declined]
     room.step()
-    told = heard(watcher)
-    assert not [news for news in told if isinstance(news, Aimed)]
-    assert told[-1].following is None
+    reported = heard(watcher)
+    assert not [news for news in reported if isinstance(news, Aimed)]
+    assert reported[-1].following is None
     assert page.session.close is None
 
 

@@ -10,7 +10,7 @@ from cohaptic.protocol.messages import encode_control
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.limits import Budget, Limits
 from cohaptic_server.room.company import gathering
-from cohaptic_server.room.company.gathering import NEWS_AT_ONCE, TOLD_EVERY
+from cohaptic_server.room.company.gathering import NEWS_AT_ONCE, REPORT_EVERY
 from tests.server.room.company.rooms import Played, heard, key_of
 
 
@@ -22,13 +22,13 @@ def test_a_page_that_toggles_as_fast_as_it_can_makes_four_messages_a_second(
     hostile = room.page()
     room.step()
     heard(page)
-    told = 0
+    reported = 0
     for k in range(120):  # two seconds
         room.follow(hostile, ann.user if k % 2 else None)
         room.say(hostile, Present(name=f"n{k}"))
         room.step(1 / 60)
-        told += len(heard(page))
-    assert told <= 2.0 / TOLD_EVERY + 1
+        reported += len(heard(page))
+    assert reported <= 2.0 / REPORT_EVERY + 1
 
 
 def test_a_tick_makes_few_news_however_many_concern_and_in_the_end_all_are_told(
@@ -54,11 +54,13 @@ def test_a_tick_makes_few_news_however_many_concern_and_in_the_end_all_are_told(
         first, toggles = people[0]
         said = Present(name="p0", user=first.user, key=key_of("p0"), open=opened)
         room.say(toggles, said)
-        told: list[Company] = []
+        reported: list[Company] = []
         for tick in range(60):
-            room.step(TOLD_EVERY if tick == 0 else 0.0)
+            room.step(REPORT_EVERY if tick == 0 else 0.0)
             assert sum(made[:-1]) < NEWS_AT_ONCE  # the last may be the one that is too much
             made.clear()
-            told += [news for page in pages for news in heard(page) if isinstance(news, Company)]
-        assert len(told) == len(pages)
-        assert {(first.user in news.open) for news in told} == {opened}
+            reported += [
+                news for page in pages for news in heard(page) if isinstance(news, Company)
+            ]
+        assert len(reported) == len(pages)
+        assert {(first.user in news.open) for news in reported} == {opened}

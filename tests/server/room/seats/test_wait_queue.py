@@ -96,8 +96,8 @@ class Queueing(RuleBasedStateMachine):
         assert self.queue.called == len(self.called)
         assert len(self.seated) + self.queue.called <= SEATS
         waiting = [n for n in self.order if n not in self.called]
-        told = {n: (k + 1, len(waiting)) for k, n in enumerate(waiting)}
-        assert self.queue.told() == told
+        reported = {n: (k + 1, len(waiting)) for k, n in enumerate(waiting)}
+        assert self.queue.ranks() == reported
 
 
 TestQueueing = Queueing.TestCase
@@ -130,7 +130,7 @@ def test_a_queue_without_places_takes_nobody() -> None:
 def test_another_connection_takes_the_place_over() -> None:
     queue = WaitQueue(3, 3).enter(1, "a", 0.0).enter(2, "b", 0.0).enter(3, "c", 0.0)
     queue = queue.hand_on(2, 7)
-    assert queue.told() == {1: (1, 3), 7: (2, 3), 3: (3, 3)}
+    assert queue.ranks() == {1: (1, 3), 7: (2, 3), 3: (3, 3)}
     assert 2 not in queue
     assert queue.hand_on(99, 5) == queue
     assert queue.leave(99, 0.0) == queue

@@ -56,7 +56,7 @@ class Page:
                 await self.ws.send(Ack(message.tick, wants).encode())
                 return message
 
-    async def told(self, kind: type[WatchControl]) -> WatchControl:
+    async def report(self, kind: type[WatchControl]) -> WatchControl:
         """The next news of a kind; scenes meanwhile are acknowledged."""
         while True:
             message = await self.hear()

@@ -24,8 +24,8 @@ Room = tuple[list[UserState], Floats, list[slice], Mask]
 def rooms(draw: st.DrawFn, least: int = 1, law: Law | None = Law.PREDICTIVE) -> Room:
     """Users, C of all their loads, which are whose, and which users press."""
     n: int = draw(st.integers(least, 6))
-    rough = draw(st.lists(st.booleans(), min_size=n, max_size=n))
-    ends: list[int] = np.cumsum([0] + [3 if r else 1 for r in rough]).tolist()
+    frictional = draw(st.lists(st.booleans(), min_size=n, max_size=n))
+    ends: list[int] = np.cumsum([0] + [3 if r else 1 for r in frictional]).tolist()
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     A = np.abs(rng.normal(size=(ends[-1], ends[-1] + 2))) + 0.5 * rng.normal(
         size=(ends[-1], ends[-1] + 2)
@@ -37,7 +37,7 @@ def rooms(draw: st.DrawFn, least: int = 1, law: Law | None = Law.PREDICTIVE) -> 
             touch(
                 i + 1,
                 law=law or draw(st.sampled_from(Law)),
-                friction=rough[i],
+                friction=frictional[i],
                 max_stiffness=draw(st.floats(100.0, 5000.0)),
                 damping_budget=draw(budgets),
             ),

@@ -19,13 +19,13 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 def tracked_of(
-    body: Balloon, forces: Floats, ticks: list[int], rough: tuple[int, ...] = ()
+    body: Balloon, forces: Floats, ticks: list[int], frictional: tuple[int, ...] = ()
 ) -> Tracked:
     """Users round the balloon who press with these forces."""
     users: list[UserState] = []
     for i, (force, tick) in enumerate(zip(forces.tolist(), ticks, strict=True)):
-        of = touch(i + 1, at=side(0.9 * i), tick=tick, friction=i in rough)
-        along = np.zeros(3) if i in rough else None
+        of = touch(i + 1, at=side(0.9 * i), tick=tick, friction=i in frictional)
+        along = np.zeros(3) if i in frictional else None
         users.append(user_of(of, contact_at(body, of), requested=force, requested_tangential=along))
     return arrays_of(users)
 
@@ -112,7 +112,7 @@ def test_who_has_left_or_come_stops_it_for_one_tick(small_balloon: Balloon) -> N
 
 def test_a_rough_finger_is_anticipated_along_the_surface_too(small_balloon: Balloon) -> None:
     f = np.array([2.0, 2.0])
-    tracked = tracked_of(small_balloon, f, [1, 1], rough=(1,))
+    tracked = tracked_of(small_balloon, f, [1, 1], frictional=(1,))
     normals = tracked.contacts.normals
     axes = np.concatenate([normals[:1], contact_axes(normals[1])])
     part = np.zeros((4, 4))

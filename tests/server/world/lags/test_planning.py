@@ -84,17 +84,17 @@ def test_a_law_of_the_paper_or_an_unknown_coupling_leaves_the_room_as_it_was(
     users, C, where, pressing = room
     pressing[:] = True
     i = data.draw(st.integers(0, len(users) - 1))
-    papers = [*users]
-    papers[i] = replace(users[i], touch=changed(users[i].touch, law=Law.PROPORTIONAL))
+    paper_laws = [*users]
+    paper_laws[i] = replace(users[i], touch=changed(users[i].touch, law=Law.PROPORTIONAL))
     for found in (
-        plan_of(answering(papers), C, where, pressing),
+        plan_of(answering(paper_laws), C, where, pressing),
         plan_of(answering(users), C, where, pressing, known=False),
     ):
         assert found.anticipation is NOTHING
         assert found.gains is None
     # The law of a user who does not press does not matter.
     pressing[i] = False
-    assert plan_of(answering(papers), C, where, pressing).gains is not None
+    assert plan_of(answering(paper_laws), C, where, pressing).gains is not None
 
 
 def test_gains_of_a_users_own_choice_may_be_too_stiff_for_any_delay() -> None:

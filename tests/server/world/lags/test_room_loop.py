@@ -138,7 +138,9 @@ def test_a_hand_is_as_stiff_as_it_will_be_told(room: Room, data: st.DataObject) 
     )
     assert (hand_stiffness(users[i], own, others) == K).all()
     fixed = Gains(data.draw(st.floats(1.0, 1e5)), 0.0)
-    told = replace(users[i], touch=changed(users[i].touch, fixed_gains=fixed))
+    reported = replace(users[i], touch=changed(users[i].touch, fixed_gains=fixed))
     chosen: float = min(limit, fixed.k_h)
     fraction = chosen * float(own[0, 0])
-    assert pytest.approx(fraction * np.eye(len(own)), abs=1e-6) == hand_stiffness(told, own) @ own
+    assert (
+        pytest.approx(fraction * np.eye(len(own)), abs=1e-6) == hand_stiffness(reported, own) @ own
+    )

@@ -29,21 +29,23 @@ compliances = st.floats(1e-5, 0.1)
 
 @given(forces, forces, forces, depths, compliances)
 def test_a_hand_is_no_deeper_than_its_device_can_press(
-    told: float, push: float, limit: float, depth: float, compliance: float
+    reported: float, push: float, limit: float, depth: float, compliance: float
 ) -> None:
-    hand, sample = replace(unknown(1), peak=told), touch(max_force=limit)
+    hand, sample = replace(unknown(1), peak=reported), touch(max_force=limit)
     believed, doubted = depth_of(sample, hand, depth, compliance, push)
     assert -0.05 <= believed <= compliance * limit
     assert believed <= max(depth, -0.05)
-    assert doubted is (depth > 2.0 * compliance * min(limit, 1.1 * max(told, push) + 0.5) + 0.005)
+    assert doubted is (
+        depth > 2.0 * compliance * min(limit, 1.1 * max(reported, push) + 0.5) + 0.005
+    )
 
 
 @given(forces, forces, depths, compliances)
 def test_the_depth_that_is_believed_follows_no_force(
-    told: float, other: float, depth: float, compliance: float
+    reported: float, other: float, depth: float, compliance: float
 ) -> None:
     """A hand whose force comes slowly, after a break, would swing with its own depth."""
-    before, after = (replace(unknown(1), peak=peak) for peak in (told, other))
+    before, after = (replace(unknown(1), peak=peak) for peak in (reported, other))
     sample = touch(max_force=20.0)
     assert (
         depth_of(sample, before, depth, compliance, 0.0)[0]
@@ -61,10 +63,10 @@ def test_who_is_as_deep_as_it_presses_is_believed(
 
 
 @given(forces, st.floats(-MAX_POSITION, MAX_POSITION))
-def test_a_give_is_one_that_the_told_forces_make(told: float, deflection: float) -> None:
-    hand = replace(unknown(1), peak=told)
+def test_a_give_is_one_that_the_told_forces_make(reported: float, deflection: float) -> None:
+    hand = replace(unknown(1), peak=reported)
     believed = deflection_of(touch(deflection=deflection, max_force=MAX_FORCE), hand)
-    assert abs(believed) <= 2.0 * (told + 0.5) / hand.model.stiffness + 1e-12
+    assert abs(believed) <= 2.0 * (reported + 0.5) / hand.model.stiffness + 1e-12
     assert believed * deflection >= 0.0
 
 
@@ -87,10 +89,12 @@ def test_who_tells_the_implausible_is_heard_with_the_longest_lag_for_a_while() -
 
 
 @given(st.lists(st.floats(0.0, 100.0), max_size=50), st.floats(0.005, 0.1))
-def test_a_pulse_now_and_then_gives_a_model_little_strength(told: list[float], dt: float) -> None:
+def test_a_pulse_now_and_then_gives_a_model_little_strength(
+    reported: list[float], dt: float
+) -> None:
     hand, before = unknown(1), 0.0
-    for force in told:
+    for force in reported:
         hand = glide(hand, force, dt)
         assert hand.peak <= max(before, min(force, before + 60.0 * dt)) + 1e-9
-        assert strength(hand) <= 1.25 * max(told) + 1.0 + 1e-9
+        assert strength(hand) <= 1.25 * max(reported) + 1.0 + 1e-9
         before = hand.peak

@@ -45,8 +45,8 @@ def hand(
     user: int, force: float = 2.0, *, deflection: float | None = 0.0, **changes: Any
 ) -> UserState:
     """A hand whose force the body carries; its client moves models if it tells a deflection."""
-    told = touch(user, at=side(user), force=force, deflection=deflection, **changes)
-    return user_of(told, force=force, requested=force)
+    reported = touch(user, at=side(user), force=force, deflection=deflection, **changes)
+    return user_of(reported, force=force, requested=force)
 
 
 class Room:
@@ -326,9 +326,9 @@ def test_a_model_presses_with_no_force_along_the_surface() -> None:
 def test_a_deep_hand_is_believed_for_a_force_into_the_object_alone(
     into: float, along: float, doubted: float
 ) -> None:
-    told = touch(2, at=side(2), deflection=0.0, force=into)
-    told = replace(told, force=add(told.force, (0.0, 0.0, along)))
-    room = Room([hand(1), user_of(told, force=into, requested=into)])
+    reported = touch(2, at=side(2), deflection=0.0, force=into)
+    reported = replace(reported, force=add(reported.force, (0.0, 0.0, along)))
+    room = Room([hand(1), user_of(reported, force=into, requested=into)])
     room.height[1] = -0.03
     assert room.tick().hands[2].doubted == doubted
 
