@@ -26,7 +26,7 @@ import numpy as np
 
 import json_report
 from cohaptic_ops.rooms.config import RoomsConfig, RoomTable
-from cohaptic_ops.rooms.supervisor import Supervisor
+from cohaptic_ops.rooms.rooms_server import RoomsServer
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.body import Body, DenseResponse, Load, Response
 from cohaptic_server.settings import ServerSettings
@@ -89,17 +89,17 @@ def serve(rooms: int, file: Path, pipe: Pipe) -> None:
         whole: dict[str, Any] = {"port": 0, "lease": LEASE, "limits": LIMITS}
         config = RoomsConfig(rooms={name: RoomTable(**table) for name in names}, **whole)
         builds = dict.fromkeys(names, good) | {"slow": partial(slowed, file)}
-        supervisor = Supervisor(config, builds)
+        rooms_server = RoomsServer(config, builds)
         try:
-            url = await supervisor.start()
-            process = supervisor.keepers["stopped"].process
+            url = await rooms_server.start()
+            process = rooms_server.supervisors["stopped"].process
             assert process is not None
             pipe.send((url, process.pid))
             await asyncio.to_thread(pipe.recv)
         except EOFError:
             pass
         finally:
-            await supervisor.drain()
+            await rooms_server.drain()
 
     asyncio.run(live())
 

@@ -4,7 +4,8 @@
 
 Frames are random bytes, and samples, acks and control messages with bytes changed, cut out, put in
 or doubled, or numbers replaced by ones at the limits of their types. A server closes who breaks a
-rule and does not look at what else it has sent, so most of them are given to the lobby of a room
+rule and does not look at what else it has sent, so most of them are given to the session host of a
+room
 without a socket, where each is decoded: by users and watchers who have said a good hello, and by
 some who have not. Who is closed is followed by another. Beside it is a room with nobody but the
 victim, who presses in both; their patches have to be equal in every number. Frames that are valid
@@ -37,11 +38,11 @@ from cohaptic.vec import norm
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.guard.limits import Budget, Limits
 from cohaptic_server.guard.sources import Sources
-from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.peer import Peer
-from cohaptic_server.room.reception import Entrance
 from cohaptic_server.room.room import Room
-from cohaptic_server.room.watch.audience import Audience
+from cohaptic_server.room.session_host import SessionHost
+from cohaptic_server.room.session_setup import RoomAdmission
+from cohaptic_server.room.watch.scene_broadcast import SceneBroadcast
 from cohaptic_server.settings import ServerSettings
 from cohaptic_tools.demo.processes import Process
 from core_users import PERIOD
@@ -141,8 +142,8 @@ class Played:
     def __init__(self, seed: int | None) -> None:
         room = Room(Balloon(BalloonSettings(subdivisions=2)), ServerSettings(max_users=8))
         free = Budget(1e6, 1e6)
-        entrance = Entrance(Sources(Limits(joins=free)))
-        self.lobby = Lobby(room, Audience(room, model=None), entrance)
+        room_admission = RoomAdmission(Sources(Limits(joins=free)))
+        self.session_host = SessionHost(room, SceneBroadcast(room, model=None), room_admission)
         self.fuzzer = None if seed is None else Fuzzer(seed)
         self._hostile: list[Peer] = []
         self._seq, self._now = 0, 0.0
@@ -150,9 +151,9 @@ class Played:
         self._victim = self._connect(encode_control(Hello(protocol=PROTOCOL_VERSION, name="v")))
 
     def _connect(self, hello: str | None) -> Peer:
-        peer = self.lobby.connect(self._now, SUBPROTOCOL, SUBPROTOCOL)
+        peer = self.session_host.connect(self._now, SUBPROTOCOL, SUBPROTOCOL)
         if hello is not None:
-            self.lobby.receive(peer, hello, self._now, 0.0)
+            self.session_host.receive(peer, hello, self._now, 0.0)
         peer.session.take(clear=True)
         return peer
 
@@ -163,25 +164,25 @@ class Played:
             if len(self._hostile) < 4:
                 self._hostile.append(self._connect(self.fuzzer.hello() if k % 3 else None))
             peer = self._hostile[k % len(self._hostile)]
-            self.lobby.receive(peer, self.fuzzer.message(), self._now, 0.0)
+            self.session_host.receive(peer, self.fuzzer.message(), self._now, 0.0)
             if peer.session.close is not None:
                 self.closed += 1
                 self._hostile.remove(peer)
-                self.lobby.disconnect(peer, "")
+                self.session_host.disconnect(peer, "")
         self._seq += 1
-        self.lobby.receive(self._victim, pressing(self._seq), self._now, 0.0)
+        self.session_host.receive(self._victim, pressing(self._seq), self._now, 0.0)
         self._now += PERIOD
-        self.lobby.tick(self._now)
-        self.lobby.serve(self._now)
-        self.lobby.gathering.step(self._now)
-        for peer in self.lobby.peers:
+        self.session_host.tick(self._now)
+        self.session_host.serve(self._now)
+        self.session_host.shared_views.step(self._now)
+        for peer in self.session_host.peers:
             peer.session.take(clear=True)
         assert self._victim.user is not None
-        return self.lobby.room.patches[self._victim.user]
+        return self.session_host.room.patches[self._victim.user]
 
 
 def at_a_room(frames: int, seed: int) -> dict[str, float | int]:
-    """Frames at a lobby; how the victim's patches differ from those of one who is alone."""
+    """Frames at a session host; how the victim's patches differ from those of one who is alone."""
     attacked, alone = Played(seed), Played(None)
     sizes: list[int] = []
     different = 0

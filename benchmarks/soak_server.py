@@ -52,7 +52,7 @@ class Server:
             }
 
     def memory(self) -> dict[str, int]:
-        """Resident memory of the supervisor and of the rooms that were never killed [bytes]."""
+        """Resident memory of the rooms server and of the rooms that were never killed [bytes]."""
         pids = {"supervisor": self.process.pid} | {room: self.pid(room) for room in CALM}
         return {name: resident(pid) for name, pid in pids.items()}
 

@@ -28,7 +28,7 @@ from cohaptic.protocol.traversal import Traversal
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.bodies.green import Superposition, encode_block
 from cohaptic_server.bodies.touched_body import TouchedBody
-from cohaptic_server.room.watch.audience import SceneEncoder, displacement, records
+from cohaptic_server.room.watch.scene_broadcast import SceneEncoder, displacement, records
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.server import CohapticServer
 from cohaptic_server.world.state import Participant, Touch

@@ -26,7 +26,7 @@ from cohaptic_ops.rooms.config import (
     load_config,
 )
 from cohaptic_ops.rooms.config_errors import ConfigError
-from cohaptic_ops.rooms.supervisor import Supervisor
+from cohaptic_ops.rooms.rooms_server import RoomsServer
 from cohaptic_ops.rooms.tables import AccessTable
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.access_options import AccessOptions, in_words_of
@@ -38,7 +38,7 @@ from cohaptic_server.logs import LogStyle
 from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.objects.store import shared
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.gate import Protection
+from cohaptic_server.shell.limiter import Protection
 from cohaptic_server.shell.own_addresses import machine_addresses
 from cohaptic_server.touchable import is_file, names
 
@@ -208,27 +208,29 @@ def _check_objects(path: Path, config: RoomsConfig) -> None:
 
 async def _serve(config: RoomsConfig, style: LogStyle, *, lifeline: bool) -> None:
     builds = {name: partial(build_room, table) for name, table in config.rooms.items()}
-    supervisor = Supervisor(config, builds, style, partial(protect, config.access, config.host))
+    rooms_server = RoomsServer(config, builds, style, partial(protect, config.access, config.host))
     stop = asyncio.Event()
-    _on_signals(supervisor, stop, lifeline=lifeline)
+    _on_signals(rooms_server, stop, lifeline=lifeline)
     try:
-        starting = asyncio.ensure_future(_start(supervisor, config))
+        starting = asyncio.ensure_future(_start(rooms_server, config))
         stopped = asyncio.ensure_future(stop.wait())
         await asyncio.wait({starting, stopped}, return_when=asyncio.FIRST_COMPLETED)
         if starting.done():
             starting.result()
-            running = asyncio.ensure_future(supervisor.run())
+            running = asyncio.ensure_future(rooms_server.run())
             await asyncio.wait({running, stopped}, return_when=asyncio.FIRST_COMPLETED)
             if running.done():
                 running.result()
     finally:
-        await supervisor.drain()
+        await rooms_server.drain()
 
 
-async def _start(supervisor: Supervisor, config: RoomsConfig) -> None:
+async def _start(rooms_server: RoomsServer, config: RoomsConfig) -> None:
     """Open the rooms, and print their addresses."""
-    url = await supervisor.start()
-    broken = {name: k.problem for name, k in supervisor.keepers.items() if k.state == "broken"}
+    url = await rooms_server.start()
+    broken = {
+        name: k.problem for name, k in rooms_server.supervisors.items() if k.state == "broken"
+    }
     for name, problem in broken.items():
         logging.error("room %s cannot be opened: %s", name, problem)
     if broken and len(broken) == len(config.rooms):
@@ -239,14 +241,14 @@ async def _start(supervisor: Supervisor, config: RoomsConfig) -> None:
     logging.info("%d rooms: %s", len(config.rooms), " ".join(config.rooms))
     hosts = hosts_for_others(config.host, config.allow_hosts, machine_addresses())
     tell_pages(url, addresses_for_others(url, hosts))
-    if supervisor.admin is not None:
-        admin = supervisor.admin.url
+    if rooms_server.admin is not None:
+        admin = rooms_server.admin.url
         logging.info("admin port %s; see it with: cohaptic top %s", admin, admin)
     for line in in_words_of(protect(config.access, config.host), config.host):
         logging.warning("%s", line)
 
 
-def _on_signals(supervisor: Supervisor, stop: asyncio.Event, *, lifeline: bool) -> None:
+def _on_signals(rooms_server: RoomsServer, stop: asyncio.Event, *, lifeline: bool) -> None:
     """Handle signals: the first Ctrl-C or SIGTERM makes the rooms end, the second kills them.
 
     SIGHUP makes the rooms read their keys again, as on a server with one room; after the terminal
@@ -259,7 +261,7 @@ def _on_signals(supervisor: Supervisor, stop: asyncio.Event, *, lifeline: bool) 
     def interrupted(*_: object) -> None:
         nonlocal asked
         if asked:
-            supervisor.kill()
+            rooms_server.kill()
             os._exit(_ENDED_AT_ONCE)
         asked = True
         loop.call_soon_threadsafe(stop.set)
@@ -267,7 +269,7 @@ def _on_signals(supervisor: Supervisor, stop: asyncio.Event, *, lifeline: bool) 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, interrupted)
     if sys.platform != "win32":
-        loop.add_signal_handler(signal.SIGHUP, on_hangup(supervisor.read_again))
+        loop.add_signal_handler(signal.SIGHUP, on_hangup(rooms_server.read_again))
 
     def watch() -> None:
         while os.read(sys.stdin.fileno(), 4096):

@@ -70,8 +70,8 @@ class Room:
     def until(self, condition: Callable[[Users], bool], what: str) -> Users:
         """Wait until those on the body are as they should; what they were then.
 
-        One who watches all the time, since everybody who comes counts at the door: whoever looks in
-        again and again is sent away after some seconds.
+        One who watches all the time, since everybody who comes counts at the acceptor: whoever
+        looks in again and again is sent away after some seconds.
         """
         deadline = CLOCK.now() + PATIENCE
         with contextlib.closing(self.scenes()) as scenes:
@@ -82,7 +82,7 @@ class Room:
         raise AssertionError("the server has ended")
 
     def scenes(self) -> Generator[Users]:
-        """The same again and again, of one who watches: each who comes counts at the door."""
+        """The same again and again, of one who watches: each who comes counts at the acceptor."""
         with contextlib.closing(self.whole_scenes()) as scenes:
             for scene in scenes:
                 yield {user.user: user for user in scene.users}

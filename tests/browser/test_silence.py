@@ -121,9 +121,9 @@ def test_a_server_that_stands_still_does_not_look_live(
 def network(port: int) -> Generator[tuple[int, threading.Event]]:
     """A way to a server that passes everything on, until its event is set: then nothing."""
     swallows, ends = threading.Event(), threading.Event()
-    door = socket.create_server(("127.0.0.1", 0))
-    door.settimeout(0.1)
-    open_ones: list[socket.socket] = [door]
+    acceptor = socket.create_server(("127.0.0.1", 0))
+    acceptor.settimeout(0.1)
+    open_ones: list[socket.socket] = [acceptor]
 
     def carry(source: socket.socket, target: socket.socket) -> None:
         try:
@@ -137,7 +137,7 @@ def network(port: int) -> Generator[tuple[int, threading.Event]]:
     def accept() -> None:
         while not ends.is_set():
             try:
-                here, _ = door.accept()
+                here, _ = acceptor.accept()
             except OSError:
                 continue
             there = socket.create_connection(("127.0.0.1", port))
@@ -148,7 +148,7 @@ def network(port: int) -> Generator[tuple[int, threading.Event]]:
     accepting = threading.Thread(target=accept, daemon=True)
     accepting.start()
     try:
-        yield door.getsockname()[1], swallows
+        yield acceptor.getsockname()[1], swallows
     finally:
         ends.set()
         accepting.join()

@@ -20,7 +20,7 @@ from cohaptic_client.network.conversation import Refused
 from cohaptic_server.access.admission import Admission
 from cohaptic_server.bodies.balloon.balloon import Balloon, BalloonSettings
 from cohaptic_server.credentials.certificate import Certificate
-from cohaptic_server.shell.gate import Protection
+from cohaptic_server.shell.limiter import Protection
 from tests.patience import PATIENCE
 from tests.server.access.some import ALL, RING, token
 from tests.server.credentials.pairs import write_authority, write_pair

@@ -19,7 +19,7 @@ from cohaptic.protocol.messages import Error, Welcome, encode_control
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.protocol.watch_messages import Moderate, Watch
 from cohaptic_ops.rooms.config import RoomsConfig, RoomTable
-from cohaptic_ops.rooms.supervisor import Supervisor
+from cohaptic_ops.rooms.rooms_server import RoomsServer
 from cohaptic_ops.rooms.tables import AccessTable
 from cohaptic_ops.rooms_cli import protect
 from cohaptic_server.access.keys import Grants, Key, KeyRing, write_keys
@@ -37,16 +37,16 @@ pytestmark = [
 
 
 @contextlib.asynccontextmanager
-async def served(access: AccessTable, *rooms: str, **more: Any) -> AsyncGenerator[Supervisor]:
+async def served(access: AccessTable, *rooms: str, **more: Any) -> AsyncGenerator[RoomsServer]:
     tables = {name: RoomTable(body="balloon") for name in rooms}
     config = RoomsConfig(port=0, rooms=tables, access=access, **more)
     builds = dict.fromkeys(rooms, small)
-    supervisor = Supervisor(config, builds, protect=partial(protect, access, "127.0.0.1"))
+    rooms_server = RoomsServer(config, builds, protect=partial(protect, access, "127.0.0.1"))
     try:
         async with asyncio.timeout(PATIENCE):
-            yield supervisor
+            yield rooms_server
     finally:
-        await supervisor.drain()
+        await rooms_server.drain()
 
 
 async def comes(url: str, secret: str | None) -> Welcome | int:
@@ -73,8 +73,8 @@ def test_a_token_is_for_its_room_and_its_session_for_what_it_is_for(tmp_path: Pa
 
     async def go() -> None:
         access = AccessTable(keys=tmp_path / "keys", single_use=True)
-        async with served(access, "lab-1", "lab-2", "other") as supervisor:
-            url = await supervisor.start()
+        async with served(access, "lab-1", "lab-2", "other") as rooms_server:
+            url = await rooms_server.start()
             one, two, other = (f"{url}/r/{room}" for room in ("lab-1", "lab-2", "other"))
             first = await comes(one, invitation("lab-1"))
             assert isinstance(first, Welcome)
@@ -99,8 +99,8 @@ def test_rooms_read_their_keys_again_when_they_are_asked_to(tmp_path: Path) -> N
     old = path.stat()
 
     async def go() -> None:
-        async with served(AccessTable(keys=path), "a", "b") as supervisor:
-            url = await supervisor.start()
+        async with served(AccessTable(keys=path), "a", "b") as rooms_server:
+            url = await rooms_server.start()
             rooms = [f"{url}/r/{room}" for room in ("a", "b")]
             secret = invitation("*")
             for room in rooms:
@@ -109,7 +109,7 @@ def test_rooms_read_their_keys_again_when_they_are_asked_to(tmp_path: Path) -> N
             path.write_text(write_keys(KeyRing((Key(KEY.kid, OTHER.secret),))))
             assert path.stat().st_size == old.st_size
             os.utime(path, ns=(old.st_atime_ns, old.st_mtime_ns))
-            supervisor.read_again()
+            rooms_server.read_again()
             for room in rooms:
                 while isinstance(await comes(room, secret), Welcome):
                     await asyncio.sleep(0.05)
@@ -127,8 +127,8 @@ def test_bans_and_used_tokens_outlive_a_killed_room_and_a_server(tmp_path: Path)
     order = token(admin, jti="admin", iat=now, exp=now + 600.0)
 
     async def go() -> None:
-        async with served(access, "main") as supervisor:
-            url = await supervisor.start()
+        async with served(access, "main") as rooms_server:
+            url = await rooms_server.start()
             async with visit(url) as guest:
                 said = hello("guest").model_copy(update={"token": link})
                 await guest.ws.send(encode_control(said))
@@ -143,15 +143,15 @@ def test_bans_and_used_tokens_outlive_a_killed_room_and_a_server(tmp_path: Path)
             # No room waits for a disk: it writes a moment later what has to outlive it.
             while '"removed"' not in (tmp_path / "state" / "main.jsonl").read_text():
                 await asyncio.sleep(0.02)
-            keeper = supervisor.keepers["main"]
-            assert keeper.process is not None
-            before = keeper.process
+            supervisor = rooms_server.supervisors["main"]
+            assert supervisor.process is not None
+            before = supervisor.process
             before.kill()
-            while keeper.state != "open" or keeper.process is before:
+            while supervisor.state != "open" or supervisor.process is before:
                 await asyncio.sleep(0.02)
             await refused(url, welcome.session)
-        async with served(access, "main") as supervisor:
-            await refused(await supervisor.start(), welcome.session)
+        async with served(access, "main") as rooms_server:
+            await refused(await rooms_server.start(), welcome.session)
 
     async def refused(url: str, session: str | None) -> None:
         assert await comes(url, session) == CloseCode.FORBIDDEN.value

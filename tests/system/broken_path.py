@@ -20,13 +20,13 @@ class BrokenPath:
     Attributes:
         url: Of this end.
         passes: Whether anything passes; as where a cable is out, nobody is told.
-        takes: Whether newcomers are let in; else they wait at the door.
+        takes: Whether newcomers are let in; else they wait at the acceptor.
     """
 
     def __init__(self, port: int) -> None:
         self._target = ("127.0.0.1", port)
-        self._door = socket.create_server(("127.0.0.1", 0))
-        self.url = f"ws://127.0.0.1:{self._door.getsockname()[1]}"
+        self._acceptor = socket.create_server(("127.0.0.1", 0))
+        self.url = f"ws://127.0.0.1:{self._acceptor.getsockname()[1]}"
         self.passes = self.takes = True
         self._ends: dict[socket.socket, socket.socket] = {}
         self._cut = self._over = False
@@ -41,7 +41,7 @@ class BrokenPath:
         """End everything."""
         self._cut = self._over = True
         self._thread.join()
-        self._door.close()
+        self._acceptor.close()
 
     def _pass(self) -> None:
         while not self._over or self._cut:
@@ -52,16 +52,16 @@ class BrokenPath:
                     end.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
                     self._end(end)
                 self._cut = False
-            door = [self._door] if self.takes else []
-            waiting = [*door, *self._ends] if self.passes else []
+            acceptor = [self._acceptor] if self.takes else []
+            waiting = [*acceptor, *self._ends] if self.passes else []
             for ready in select.select(waiting, [], [], 0.002)[0]:
-                if ready is self._door:
+                if ready is self._acceptor:
                     self._take()
                 elif ready in self._ends:
                     self._pass_on(ready)
 
     def _take(self) -> None:
-        near, _ = self._door.accept()
+        near, _ = self._acceptor.accept()
         far = socket.create_connection(self._target)
         for end in (near, far):
             end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -40,9 +40,9 @@ from cohaptic_ops.monitoring.lines import (
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.http.routes import Answer, Request, page, text
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.gate import Gate
 from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT, HostCheck, plain, response
-from cohaptic_server.shell.listener import open_doors, serve_doors, url_of
+from cohaptic_server.shell.limiter import ConnectionLimiter
+from cohaptic_server.shell.listener import open_acceptors, serve_acceptors, url_of
 from cohaptic_server.shell.wire import Wire
 
 
@@ -66,7 +66,7 @@ async def _serve(end: socket.socket, host: str, port: int, allow_hosts: tuple[st
     reader, writer = await asyncio.open_connection(sock=end, limit=LONGEST)
     clock, known = SystemClock(), Known()
     missing: list[str] = []
-    gate = Gate(Limits(), clock)
+    limiter = ConnectionLimiter(Limits(), clock)
 
     async def process(connection: ServerConnection, request: HttpRequest) -> Response | None:
         refused = check(connection, request)
@@ -82,14 +82,14 @@ async def _serve(end: socket.socket, host: str, port: int, allow_hosts: tuple[st
     try:
         settings = ServerSettings(host, port, allow_hosts=allow_hosts, room=None)
         check = HostCheck(settings)
-        doors = await open_doors(settings, gate, missing.append)
+        acceptors = await open_acceptors(settings, limiter, missing.append)
     except SettingError as error:
         refusal = RefusedLine(name=error.name, value=str(error.value), limit=error.limit)
         writer.write(encode(refusal))
         await writer.drain()
         return
-    listener = await serve_doors(nobody, process, doors, gate)
-    url = url_of(host, doors[0]).replace("ws", "http", 1)
+    listener = await serve_acceptors(nobody, process, acceptors, limiter)
+    url = url_of(host, acceptors[0]).replace("ws", "http", 1)
     writer.write(encode(OpenLine(url=url, missing=tuple(missing))))
     # A read error or an invalid line means that the server has ended or is broken.
     with contextlib.suppress(OSError, ValueError, BadLine):

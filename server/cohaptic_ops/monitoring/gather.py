@@ -46,8 +46,8 @@ class Gatherer:
     def gather(self) -> RoomMetrics:
         """Return the metrics of the server at the present time."""
         server = self._server
-        room, meters, gate, traffic = (
-            server.room, server.meters, server.gate, server.gate.traffic,
+        room, meters, limiter, traffic = (
+            server.room, server.meters, server.limiter, server.limiter.traffic,
         )  # fmt: skip
         lag = room.world.room
         wishes = room.world.wishes
@@ -62,7 +62,7 @@ class Gatherer:
             users=self._users(server.clock.now()),
             max_users=server.settings.max_users,
             waiting=len(room.queue),
-            watchers=len(server.audience.watchers),
+            watchers=len(server.scene_broadcast.watchers),
             max_watchers=server.settings.max_watchers,
             lag=lag.lag,
             coupling=lag.coupling,
@@ -70,9 +70,9 @@ class Gatherer:
             models=wishes.weight if wishes.hands else None,
             models_off=wishes.forbidden.by if wishes.weight < 1.0 else "",
             limited={"depth": meters.deep, "speed": meters.fast},
-            refused=dict(traffic.refused) | {"connection": gate.sources.refused},
+            refused=dict(traffic.refused) | {"connection": limiter.sources.refused},
             spent=dict(traffic.spent),
-            connections=gate.sources.open,
+            connections=limiter.sources.open,
             received=traffic.received,
             sent=traffic.sent,
             processor=_processor_time(),
@@ -85,7 +85,7 @@ class Gatherer:
         taken = {seat.number for seat in self._seats.values()}
         skipped = {
             peer.user: peer.session.outbox.patches_skipped
-            for peer in self._server.lobby.peers
+            for peer in self._server.session_host.peers
             if peer.user is not None
         }
         reported: list[UserMetrics] = []

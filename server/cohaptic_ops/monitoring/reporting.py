@@ -74,7 +74,7 @@ class Reporter:
     def report(self) -> None:
         """Send the health of the server and the metrics of its room once."""
         server, name = self._server, self._server.settings.room or MAIN
-        sources = server.gate.sources
+        sources = server.limiter.sources
         health = ServerHealth(
             version=cohaptic.__version__,
             draining=server.ending.is_set(),

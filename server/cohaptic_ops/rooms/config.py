@@ -202,7 +202,7 @@ class RoomsConfig(BaseSettings):
         )  # fmt: skip
 
     @property
-    def front(self) -> ServerSettings:
+    def router(self) -> ServerSettings:
         """Settings that all rooms share."""
         return ServerSettings(
             self.host, self.port, allow_origins=self.allow_origins, allow_hosts=self.allow_hosts,
@@ -236,7 +236,7 @@ def load_config(path: Path) -> RoomsConfig:
         sourced: Any = _sourced(written)  # called without arguments: its values come from sources
         config: RoomsConfig = sourced()
         # Names of hosts and origins are checked by the settings that use them.
-        _ = config.front
+        _ = config.router
     except ValidationError as error:
         raise ConfigError(path, problems_of(error, PREFIX, DIVIDER, os.environ)) from error
     except SettingsError as error:

@@ -1,8 +1,8 @@
 """Divides the seats of a server among its rooms. No I/O.
 
-The rooms share a total number of seats, and each room holds some of them: the supervisor has
+The rooms share a total number of seats, and each room holds some of them: the rooms server has
 assigned these seats to the room. A room may seat as many people as it holds seats, without asking
-the supervisor. The sum of the held seats never exceeds the total, even if messages between the
+the rooms server. The sum of the held seats never exceeds the total, even if messages between the
 processes are lost or late: if a room has to hold fewer seats, it first reports the smaller number,
 and only then another room gets the freed seats.
 """
@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 @dataclass(frozen=True, slots=True)
 class Seats:
-    """Seats that the supervisor has assigned to one room.
+    """Seats that the rooms server has assigned to one room.
 
     Args:
         limit: Largest number of seats that the room can use.

@@ -51,7 +51,7 @@ class AccessTable(Table):
     session_valid: str | None = None
     insecure: bool = False
     state: Path | None = None
-    # Both the front and the rooms use the proxies to find the sources of connections.
+    # Both the router and the rooms use the proxies to find the sources of connections.
     trust_proxy: tuple[Annotated[str, AfterValidator(_network)], ...] = ()
 
 

@@ -16,8 +16,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from cohaptic.protocol.messages import MAX_TOKEN
 from cohaptic_server.access.keys import Denied, Grants, Key, KeyRing
 
-AUDIENCE = "cohaptic"  # audience of an invitation
-SESSION_AUDIENCE = "cohaptic-session"  # audience of a token with which a client comes back
+AUDIENCE = "cohaptic"  # scene broadcast of an invitation
+SESSION_AUDIENCE = "cohaptic-session"  # scene broadcast of a token with which a client comes back
 LEEWAY = 10.0  # s by which the clocks of two machines may differ
 # The library's types refer to types of `cryptography`, which these algorithms do not need.
 _encode: Callable[..., str] = getattr(jwt, "encode")  # noqa: B009

@@ -20,7 +20,7 @@ from cohaptic_server.cli.option_groups import takes
 from cohaptic_server.guard.proxies import NETWORK, network_of
 
 if TYPE_CHECKING:
-    from cohaptic_server.shell.gate import Protection
+    from cohaptic_server.shell.limiter import Protection
 
 _UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 _LONGEST = 400 * 86400.0  # s; a key is rotated sooner
@@ -134,7 +134,7 @@ class AccessOptions:
         from cohaptic_server.credentials.certificate import Certificate
         from cohaptic_server.credentials.key_file import load_keys
         from cohaptic_server.credentials.reloading import Watched
-        from cohaptic_server.shell.gate import Protection
+        from cohaptic_server.shell.limiter import Protection
 
         watched: list[Watched] = []
         admission = Admission(

@@ -24,7 +24,7 @@ from cohaptic_server.objects.catalogue import build_body
 from cohaptic_server.routes import Route, Serving, loaded, opened, read_wanted
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.exchange import ServedBody
-from cohaptic_server.shell.gate import Protection
+from cohaptic_server.shell.limiter import Protection
 from cohaptic_server.shell.own_addresses import machine_addresses
 from cohaptic_server.shell.server import CohapticServer
 from cohaptic_server.touchable import is_file
@@ -180,10 +180,10 @@ async def _run(
             1e3 * meters.cost.quantile(0.5),
             1e3 * meters.cost.quantile(0.99),
         )
-        if server.audience.came:
+        if server.scene_broadcast.came:
             logging.info(
                 "%d watched, %d times one was slow; they took %.2f ms a tick in the median",
-                server.audience.came,
-                server.audience.slow,
+                server.scene_broadcast.came,
+                server.scene_broadcast.slow,
                 1e3 * meters.watch_cost.quantile(0.5),
             )

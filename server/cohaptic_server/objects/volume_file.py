@@ -15,9 +15,9 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.checked_cells import checked_cells
 from cohaptic_server.objects.first_bytes import START
 from cohaptic_server.objects.fluent_file import read_fluent
-from cohaptic_server.objects.gate import checked_cells
 from cohaptic_server.objects.gmsh_file import is_gmsh, read_gmsh
 from cohaptic_server.objects.memory_limit import damaged, reading_limited, say_once
 from cohaptic_server.objects.parts.parts import MAX_PARTS, Parts, distinct

@@ -1,8 +1,8 @@
 """Connects the server to sockets, processes and the clock; other packages make all decisions.
 
 Terms:
-    door: Listening socket of the server.
-    gate: Object that admits connections by rate limits, and counts them.
+    acceptor: Listening socket of the server.
+    limiter: Object that admits connections by rate limits, and counts them.
     source: Network address, or group of addresses, against whose rate limits a connection counts.
     budget: Amount of messages, bytes or connections that a rate limit still allows.
     wire: Websocket connection to one client.

@@ -49,7 +49,7 @@ from cohaptic_server.http.routes import (
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.column_worker import Unsolved
 from cohaptic_server.shell.endpoint import Endpoint
-from cohaptic_server.shell.gate import Gate
+from cohaptic_server.shell.limiter import ConnectionLimiter
 from cohaptic_server.shell.own_addresses import machine_addresses
 from cohaptic_server.shell.wire import Wire
 
@@ -170,7 +170,7 @@ class Web:
 
     Args:
         body: Body whose Green's functions are served.
-        gate: Gate with the rate limits and the clock of the server.
+        limiter: ConnectionLimiter with the rate limits and the clock of the server.
         solve: Finds the block of Green's functions of a vertex; None lets the body itself solve.
         endpoints: Further kinds of connections, by their subprotocols.
 
@@ -183,12 +183,12 @@ class Web:
         self,
         body: Body,
         settings: ServerSettings,
-        gate: Gate,
+        limiter: ConnectionLimiter,
         solve: Callable[[int], bytes] | None = None,
         endpoints: Mapping[str, Endpoint] | None = None,
     ) -> None:
         self._endpoints: Mapping[str, Endpoint] = {} if endpoints is None else endpoints
-        self._gate, self._clock = gate, gate.clock
+        self._limiter, self._clock = limiter, limiter.clock
         self.ticked = self._clock.now()
         self._settings = settings
         self._check = HostCheck(settings)
@@ -227,7 +227,7 @@ class Web:
             return self._refuse_endpoint(connection, request, endpoint)
         refused = self._check(connection, request)
         if refused is not None:
-            self._gate.traffic.refused["origin or host"] += 1
+            self._limiter.traffic.refused["origin or host"] += 1
         if refused is not None or "Upgrade" in headers:
             return refused
         room, path = split_path(request.path)
@@ -284,7 +284,7 @@ class Web:
         if refused is None:
             connection.allow(endpoint.longest, as_fast_as_served=endpoint.as_fast_as_served)
         else:
-            self._gate.traffic.refused["origin or host"] += 1
+            self._limiter.traffic.refused["origin or host"] += 1
         return refused
 
     @property
@@ -295,11 +295,11 @@ class Web:
     def _counted(self, connection: Wire, request: Request, answer: Answer) -> Response:
         """Return the response, with its bytes counted; a refusal if too many unread bytes wait."""
         size = len(answer.body)
-        refusal = self._gate.sources.respond(connection.source, size, self._clock.now())
+        refusal = self._limiter.sources.respond(connection.source, size, self._clock.now())
         if refusal is None:
             connection.count_response(size)
             return response(answer)
-        self._gate.traffic.spent["unread bytes"] += 1
+        self._limiter.traffic.spent["unread bytes"] += 1
         return response(too_many(request, refusal))
 
     def close(self) -> None:

@@ -22,9 +22,9 @@ from cohaptic.room_address import below
 from cohaptic.runtime.transport import WEBSOCKET_OPTIONS
 from cohaptic_server.http.routes import moved, query_without_token
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.doors.door import Door
-from cohaptic_server.shell.gate import Gate
+from cohaptic_server.shell.acceptor import Acceptor
 from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT, plain, response, too_many
+from cohaptic_server.shell.limiter import ConnectionLimiter
 from cohaptic_server.shell.wire import HEAD_TIMEOUT, MAX_INBOUND_BYTES, Wire
 
 TLS_BUFFER = 16 * 1024
@@ -61,9 +61,9 @@ async def listen(
     handle: Callable[[Wire], Awaitable[None]],
     process: Callable[[ServerConnection, Request], Awaitable[Response | None]],
     settings: ServerSettings,
-    gate: Gate,
+    limiter: ConnectionLimiter,
     tls: ssl.SSLContext | None = None,
-    door: socket.socket | None = None,
+    acceptor: socket.socket | None = None,
     further: Collection[str] = (),
 ) -> tuple[Listener, str]:
     """Open the port and serve its connections; return the listener and its URL.
@@ -72,25 +72,29 @@ async def listen(
         handle: Serves a websocket, which is closed when `handle` returns.
         process: Answers an HTTP request; returns None to let it become a websocket.
         settings: Settings of the server, with host, port and base path.
-        gate: Gate that admits connections.
+        limiter: ConnectionLimiter that admits connections.
         tls: TLS settings of every connection; None without TLS.
-        door: Listening socket to use in place of a new port; None opens the port.
+        acceptor: Listening socket to use in place of a new port; None opens the port.
         further: Subprotocols that the server accepts beside its own.
 
     Raises:
         SettingError: The address or port is not available.
     """
     secure = tls is not None
-    doors = await open_doors(settings, gate, tls=secure) if door is None else [door]
-    listener = await serve_doors(handle, process, doors, gate, tls, settings.base_path, further)
-    return listener, url_of(settings.host, doors[0], tls=secure)
+    acceptors = (
+        await open_acceptors(settings, limiter, tls=secure) if acceptor is None else [acceptor]
+    )
+    listener = await serve_acceptors(
+        handle, process, acceptors, limiter, tls, settings.base_path, further
+    )
+    return listener, url_of(settings.host, acceptors[0], tls=secure)
 
 
-async def serve_doors(
+async def serve_acceptors(
     handle: Callable[[Wire], Awaitable[None]],
     process: Callable[[ServerConnection, Request], Awaitable[Response | None]],
-    doors: Sequence[socket.socket],
-    gate: Gate,
+    acceptors: Sequence[socket.socket],
+    limiter: ConnectionLimiter,
     tls: ssl.SSLContext | None = None,
     base: str = "",
     further: Collection[str] = (),
@@ -128,11 +132,11 @@ async def serve_doors(
         options |= TLS_OPTIONS
         # asyncio keeps 256 KiB for each connection; a TLS record has 16 KiB.
         asyncio.sslproto.SSLProtocol.max_size = TLS_BUFFER
-    wire: Any = partial(Wire, gate=gate)  # the library's type is a class, which it only calls
+    wire: Any = partial(Wire, limiter=limiter)  # the library's type is a class, which it only calls
     servers = [
         await serve(
             handle_wire,
-            sock=door,
+            sock=acceptor,
             process_request=process_below,
             subprotocols=[Subprotocol(SUBPROTOCOL)],
             # A client without our subprotocol then gets an error message instead of a bare 400.
@@ -143,23 +147,23 @@ async def serve_doors(
             ssl=tls,
             **options,
         )
-        for door in doors
+        for acceptor in acceptors
     ]
     return Listener(servers)
 
 
-async def open_doors(
+async def open_acceptors(
     settings: ServerSettings,
-    gate: Gate,
+    limiter: ConnectionLimiter,
     tell: Callable[[str], None] = log.warning,
     *,
     tls: bool = False,
-) -> list[Door]:
+) -> list[Acceptor]:
     """Open a listening socket on each address of the server's host name that this machine has.
 
     Args:
         settings: Settings of the server, with host and port.
-        gate: Gate that admits connections.
+        limiter: ConnectionLimiter that admits connections.
         tell: Called with a sentence for each address of the name that this machine does not have.
         tls: Whether connections begin with a TLS handshake.
 
@@ -168,11 +172,11 @@ async def open_doors(
     """
     host, port = settings.host, settings.port
     try:
-        doors, missing = await _doors(host, port, gate, tls=tls)
+        acceptors, missing = await _acceptors(host, port, limiter, tls=tls)
         for address, error in missing.items():
             whose = host or "this machine"
             tell(f"nobody comes in by {address}, an address of {whose}: {error}")
-        return doors
+        return acceptors
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
             free = "a free one: stop the other server, or choose with --port"
@@ -180,17 +184,17 @@ async def open_doors(
         raise SettingError("address", f"{host}:{port} ({error})", "one of this machine") from error
 
 
-def url_of(host: str, door: socket.socket, *, tls: bool = False) -> str:
-    """Return the URL of a server that listens on `door`; a unix socket's URL has no port."""
+def url_of(host: str, acceptor: socket.socket, *, tls: bool = False) -> str:
+    """Return the URL of a server that listens on `acceptor`; a unix socket's URL has no port."""
     name = f"[{host}]" if ":" in host else host
-    address = door.getsockname()
+    address = acceptor.getsockname()
     scheme = "wss" if tls else "ws"
     return f"{scheme}://{name}:{address[1]}" if isinstance(address, tuple) else f"{scheme}://{name}"
 
 
-async def _doors(
-    host: str, port: int, gate: Gate, *, tls: bool
-) -> tuple[list[Door], dict[str, OSError]]:
+async def _acceptors(
+    host: str, port: int, limiter: ConnectionLimiter, *, tls: bool
+) -> tuple[list[Acceptor], dict[str, OSError]]:
     """Open listening sockets on the addresses of a host name, all on one port; raises OSError.
 
     Returns:
@@ -200,27 +204,27 @@ async def _doors(
     found = await loop.getaddrinfo(
         host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
     )
-    doors: list[Door] = []
+    acceptors: list[Acceptor] = []
     missing: dict[str, OSError] = {}
     try:
         for family, _, _, _, address in dict.fromkeys(found):
-            if doors:  # with port 0 the system has chosen the port of the first socket
-                address = (address[0], doors[0].getsockname()[1], *address[2:])
+            if acceptors:  # with port 0 the system has chosen the port of the first socket
+                address = (address[0], acceptors[0].getsockname()[1], *address[2:])
             try:
-                doors.append(Door.opened(address, family, gate, loop, tls=tls))
+                acceptors.append(Acceptor.opened(address, family, limiter, loop, tls=tls))
             except OSError as error:
                 # A port in use belongs to another server; clients that connect by the name would
                 # reach sometimes this server and sometimes that one.
                 if error.errno not in _NOT_HERE:
                     raise
                 missing[str(address[0])] = error
-        if not doors:
+        if not acceptors:
             raise next(iter(missing.values()))
     except OSError:
-        for door in doors:
-            door.close()
+        for acceptor in acceptors:
+            acceptor.close()
         raise
-    return doors, missing
+    return acceptors, missing
 
 
 def page_address(url: str) -> str:

@@ -1,4 +1,4 @@
-"""The server: connects a lobby, which makes all decisions, to asyncio, websockets and the clock.
+"""The server: connects a session host, which decides, to asyncio, websockets and the clock.
 
 A tick never waits for a peer: frames are written to transports that have room, and the other frames
 wait in each session's bounded outbox. Users come first; watchers are served after every patch of
@@ -29,18 +29,18 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.credentials.journal import Journal
 from cohaptic_server.process_memory import keep_what_there_is
 from cohaptic_server.room.latency import Data
-from cohaptic_server.room.lobby import MESH_TIMEOUT, Lobby
 from cohaptic_server.room.pace import Pace, TickMeters, is_missed, next_tick, passed_over
 from cohaptic_server.room.peer import NOTHING, Outcome, Peer
-from cohaptic_server.room.reception import Entrance
 from cohaptic_server.room.room import Room
-from cohaptic_server.room.watch.audience import Audience
+from cohaptic_server.room.session_host import MESH_TIMEOUT, SessionHost
+from cohaptic_server.room.session_setup import RoomAdmission
+from cohaptic_server.room.watch.scene_broadcast import SceneBroadcast
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.connection import Connection
 from cohaptic_server.shell.endpoint import SETTLING, Endpoint
 from cohaptic_server.shell.exchange import OBJECT_CHANGED, Exchange, Solve
-from cohaptic_server.shell.gate import Gate, Protection
 from cohaptic_server.shell.http import Web
+from cohaptic_server.shell.limiter import ConnectionLimiter, Protection
 from cohaptic_server.shell.listener import Listener, listen
 from cohaptic_server.shell.refusal import refuse_other_room
 from cohaptic_server.shell.wire import Wire, last_words
@@ -64,10 +64,11 @@ class CohapticServer:
 
     Attributes:
         room: Room with the users who touch the body.
-        audience: Watchers of the room.
-        entrance: Decides which clients may come into the room.
-        lobby: State machine that handles the messages of all peers, users and watchers alike.
-        gate: Admits connections, and limits the rates of each address.
+        scene_broadcast: Watchers of the room.
+        room_admission: Decides which clients may come into the room.
+        session_host: State machine that handles the messages of all peers, users and watchers
+            alike.
+        limiter: Admits connections, and limits the rates of each address.
         meters: Meters of the ticks since the start, or since other code assigned fresh meters.
         ending: Event that is set when the server begins to stop.
     """
@@ -84,16 +85,20 @@ class CohapticServer:
         self.room = Room(body, settings)
         self.protection = protection or Protection()
         trusted = self.protection.proxies
-        self.gate = Gate(settings.limits, self.clock, settings.simulation_hz, trusted)
+        self.limiter = ConnectionLimiter(
+            settings.limits, self.clock, settings.simulation_hz, trusted
+        )
         self._endpoints: dict[str, Endpoint] = {}
         self.ending = asyncio.Event()
-        self.web = Web(body, settings, self.gate, solve, self._endpoints)
-        self.audience = Audience(self.room, self.web.model)
+        self.web = Web(body, settings, self.limiter, solve, self._endpoints)
+        self.scene_broadcast = SceneBroadcast(self.room, self.web.model)
         state, room = self.protection.state, settings.room or MAIN
         self._journal = None if state is None else Journal(state, room)
         keep = None if self._journal is None else self._journal.keep
-        self.entrance = Entrance(self.gate.sources, self.protection.admission, room, keep)
-        self.lobby = Lobby(self.room, self.audience, self.entrance)
+        self.room_admission = RoomAdmission(
+            self.limiter.sources, self.protection.admission, room, keep
+        )
+        self.session_host = SessionHost(self.room, self.scene_broadcast, self.room_admission)
         self.meters = TickMeters()
         self._connections: dict[Peer, Connection] = {}
         self._listener: Listener | None = None
@@ -106,22 +111,23 @@ class CohapticServer:
         """Connections of all peers."""
         return self._connections.values()
 
-    async def start(self, door: socket.socket | None = None) -> str:
+    async def start(self, acceptor: socket.socket | None = None) -> str:
         """Start to listen for connections; return the URL of the server.
 
         Args:
-            door: Listening socket to use in place of the port of the settings; None opens the port.
+            acceptor: Listening socket to use in place of the port of the settings; None opens the
+                port.
 
         Raises:
             SettingError: The address or port is not available, or the state file cannot be used.
         """
         if self._journal is not None:
             kept = await asyncio.to_thread(self._journal.open)
-            self.entrance.recall(kept, self.clock.now(), self.clock.to_wall())
+            self.room_admission.recall(kept, self.clock.now(), self.clock.to_wall())
         self.room.frames.prepare()
         self._listener, url = await listen(
-            self._handle, self.web.process, self.settings, self.gate, self.protection.tls, door,
-            self._endpoints,
+            self._handle, self.web.process, self.settings, self.limiter, self.protection.tls,
+            acceptor, self._endpoints,
         )  # fmt: skip
         return url
 
@@ -149,7 +155,7 @@ class CohapticServer:
                 written = self.tick()
                 self._count(pace, left_out, due, started, written)
                 self._show(written)
-                self.gate.report()
+                self.limiter.report()
                 while self.sleeps:
                     due = await self._nap(due, before_tick)
         finally:
@@ -159,7 +165,7 @@ class CohapticServer:
     @property
     def sleeps(self) -> bool:
         """Whether ticks can be skipped unnoticed: no connection, no exchange, object at rest."""
-        return self._exchange is None and not self.gate.taken and self.lobby.sleeps
+        return self._exchange is None and not self.limiter.taken and self.session_host.sleeps
 
     async def _nap(self, due: float, before_tick: Callable[[], None] | None) -> float:
         """Sleep until a client connects, or for `NAP`; return when the newest tick was due [s].
@@ -167,17 +173,17 @@ class CohapticServer:
         The ticks that passed during the sleep are counted. A new client finds the room as if it had
         ticked, and the next tick is due at the same time as without the sleep.
         """
-        self.gate.came.clear()
+        self.limiter.came.clear()
         with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(self.gate.came.wait(), NAP)
+            await asyncio.wait_for(self.limiter.came.wait(), NAP)
         now = self.web.ticked = self.clock.now()
-        self.gate.tick(now, thread_time())
+        self.limiter.tick(now, thread_time())
         due, ticks = passed_over(due, now, self.settings.simulation_period)
-        self.lobby.pass_over(ticks, now)
+        self.session_host.pass_over(ticks, now)
         self.meters.pass_over(ticks)
         if before_tick is not None:
             before_tick()
-        self.gate.report()
+        self.limiter.report()
         return due
 
     async def exchange(
@@ -198,13 +204,13 @@ class CohapticServer:
         if self._exchange is not None:
             raise CohapticError("another object is being opened; try again in a minute")
         self._exchange = Exchange(build, use, asyncio.get_running_loop().create_future())
-        self.gate.came.set()
+        self.limiter.came.set()
         await self._exchange.done
 
     async def _carry_out_exchange(self, wanted: Exchange) -> None:
         self._open.clear()
-        self.gate.pause()
-        self._carry_out(self.lobby.stop(CloseCode.OBJECT_CHANGED, OBJECT_CHANGED))
+        self.limiter.pause()
+        self._carry_out(self.session_host.stop(CloseCode.OBJECT_CHANGED, OBJECT_CHANGED))
         leaving = [connection.closed() for connection in self._connections.values()]
         await asyncio.gather(*leaving, return_exceptions=True)
         try:
@@ -230,17 +236,17 @@ class CohapticServer:
         self.web.serve(body, wanted.use(body))
         room.take_over(self.room)
         self.room = room
-        self.audience = Audience(room, self.web.model)
-        self.lobby = Lobby(room, self.audience, self.entrance)
+        self.scene_broadcast = SceneBroadcast(room, self.web.model)
+        self.session_host = SessionHost(room, self.scene_broadcast, self.room_admission)
 
     def tick(self) -> float:
         """Advance the simulation and write the patches; return the time after the writing [s]."""
         for connection in self._connections.values():
             connection.take_samples()
         now = self.web.ticked = self.clock.now()
-        self.gate.tick(now, thread_time())
-        self.lobby.tick(now)
-        self._carry_out(self.lobby.serve(now))
+        self.limiter.tick(now, thread_time())
+        self.session_host.tick(now)
+        self._carry_out(self.session_host.serve(now))
         return self.clock.now()
 
     def _count(self, pace: Pace, left_out: int, due: float, started: float, written: float) -> None:
@@ -254,14 +260,14 @@ class CohapticServer:
 
     def _show(self, now: float) -> None:
         """Send the newest scene to each watcher that is due to get one."""
-        watching = self.lobby.watching
+        watching = self.session_host.watching
         if not watching:
             return
-        self.lobby.update_scene()
+        self.session_host.update_scene()
         for peer in watching:
             clear = self._connections[peer].clear
-            self._carry_out(self.lobby.show(peer, now, clear=clear))
-        self._carry_out(self.lobby.report_scene())
+            self._carry_out(self.session_host.show(peer, now, clear=clear))
+        self._carry_out(self.session_host.report_scene())
         self.meters.watch_cost.add(self.clock.now() - now)
 
     def _carry_out(
@@ -269,17 +275,17 @@ class CohapticServer:
     ) -> None:
         connections = self._connections if connections is None else connections
         for line in outcome.log:
-            self.gate.write(line)
+            self.limiter.write(line)
         for peer in outcome.delayed:
             connections[peer].apply_latency()
         for peer in outcome.flush:
             connections[peer].flush()
 
     def connect(self, ws: Wire) -> Connection:
-        """Make an open websocket a peer of the lobby, and let it receive samples from now on."""
+        """Make an open websocket a peer of the session host; from now on it receives samples."""
         offered = ws.request.headers.get("Sec-WebSocket-Protocol") if ws.request else None
-        peer = self.lobby.connect(self.clock.now(), ws.subprotocol, offered, ws.source)
-        take = partial(self._take, self.lobby)
+        peer = self.session_host.connect(self.clock.now(), ws.subprotocol, offered, ws.source)
+        take = partial(self._take, self.session_host)
         connection = self._connections[peer] = Connection(ws, peer, self.clock, take)
         ws.deliver, ws.dismiss = connection.receive_frame, connection.fail
         return connection
@@ -339,7 +345,7 @@ class CohapticServer:
         if left is None:
             return
         sentence = f"{subprotocol} of {ws.source} has failed: {one_line(repr(left), 200)}"
-        self.gate.tell(ws.source, "endpoint_failed", sentence, warning=True)
+        self.limiter.tell(ws.source, "endpoint_failed", sentence, warning=True)
         log.debug("%s", sentence, exc_info=left)
 
     async def _handle(self, ws: Wire) -> None:
@@ -352,7 +358,7 @@ class CohapticServer:
             return
         await self._open.wait()
         connection = self.connect(ws)
-        lobby, connections = self.lobby, self._connections
+        session_host, connections = self.session_host, self._connections
         peer, reason = connection.peer, ""
         try:
             connection.flush()
@@ -367,28 +373,30 @@ class CohapticServer:
             ws.deliver = None
             connection.take_rest()
             del connections[peer]
-            self.gate.traffic.end(peer.session.close)
-            self._carry_out(lobby.disconnect(peer, reason), connections)
+            self.limiter.traffic.end(peer.session.close)
+            self._carry_out(session_host.disconnect(peer, reason), connections)
             await connection.closed()
 
-    def _take(self, lobby: Lobby, connection: Connection, data: Data, arrived: float) -> None:
+    def _take(
+        self, session_host: SessionHost, connection: Connection, data: Data, arrived: float
+    ) -> None:
         """Handle one message, at the end of its injected delay."""
-        outcome = lobby.receive(connection.peer, data, arrived, self.clock.to_wall())
+        outcome = session_host.receive(connection.peer, data, arrived, self.clock.to_wall())
         if outcome is not NOTHING:
             self._carry_out(outcome)
 
     async def _send_mesh(self, connection: Connection) -> None:
         """Send the mesh at rest, then the scene; only the handler of this peer waits for them."""
         peer = connection.peer
-        taken = await connection.send_whole(self.lobby.begin_mesh(peer), MESH_TIMEOUT)
+        taken = await connection.send_whole(self.session_host.begin_mesh(peer), MESH_TIMEOUT)
         now, clear = self.clock.now(), connection.clear
-        self._carry_out(self.lobby.finish_mesh(peer, now, taken=taken, clear=clear))
+        self._carry_out(self.session_host.finish_mesh(peer, now, taken=taken, clear=clear))
 
     async def stop(self) -> None:
         """Close all connections and the port; `run` does so when it ends."""
         self.web.close()
-        self._carry_out(self.lobby.stop())
-        self.gate.report(after=0.0)
+        self._carry_out(self.session_host.stop())
+        self.limiter.report(after=0.0)
         if self._listener is not None:
             self._listener.close()
             try:

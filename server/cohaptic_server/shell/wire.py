@@ -38,7 +38,7 @@ from cohaptic.runtime.transport import unsent_of
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.sources import Refusal
 from cohaptic_server.room.session import close_frame
-from cohaptic_server.shell.gate import Gate
+from cohaptic_server.shell.limiter import ConnectionLimiter
 
 # Frames in one read of a socket. After a stall of 10 s a client at 200 Hz has as many samples in
 # the kernel; cutting them takes 3 ms. A read full of empty frames would take 70 ms.
@@ -147,7 +147,8 @@ class Wire(ServerConnection):
     """The websocket connection to one client.
 
     Args:
-        gate: Gate with the rate limits of the server; None makes a gate for this connection alone.
+        limiter: ConnectionLimiter with the rate limits of the server; None makes a limiter for
+            this connection alone.
 
     Attributes:
         deliver: Called with the frame of each small binary message that comes while no message
@@ -157,17 +158,19 @@ class Wire(ServerConnection):
         source: Source against whose rate limits the connection counts.
     """
 
-    def __init__(self, *args: Any, gate: Gate | None = None, **options: Any) -> None:
+    def __init__(
+        self, *args: Any, limiter: ConnectionLimiter | None = None, **options: Any
+    ) -> None:
         super().__init__(*args, **options)
         self.deliver: Callable[[bytes], None] | None = None
         self.dismiss: Callable[[ProtocolError], None] = self._close_for
         self.source = ""
         self._unsent: Callable[[], int] | None = None
-        self._gate = gate or Gate(Limits(), SystemClock())
-        self._now = self._gate.clock.now
-        self._meter = self._gate.meter()
+        self._limiter = limiter or ConnectionLimiter(Limits(), SystemClock())
+        self._now = self._limiter.clock.now
+        self._meter = self._limiter.meter()
         self._pardoned = 0  # the newest pardon that this connection has had
-        self._traffic = self._gate.traffic
+        self._traffic = self._limiter.traffic
         self._stream = ClientStream(MAX_INBOUND_BYTES)
         self._waiting = 0  # messages in the library that the handler has not taken
         self._deaf = self._brings_files = False
@@ -201,11 +204,11 @@ class Wire(ServerConnection):
         Returns:
             The refusal; None if the connection is admitted.
         """
-        if self.source not in self._gate.proxies:
+        if self.source not in self._limiter.proxies:
             return None
         file = self.transport.get_extra_info("socket").fileno()
         said = [headers.get_all(name) for name in ("X-Forwarded-For", "Forwarded")]
-        settled = self._gate.settle(file, self.source, said, self._now())
+        settled = self._limiter.settle(file, self.source, said, self._now())
         if isinstance(settled, str):
             self.source = settled
             return None
@@ -236,9 +239,9 @@ class Wire(ServerConnection):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Start the time-out of the request; the event loop calls this for a new connection."""
-        taken = self._gate.taken.get(transport.get_extra_info("socket").fileno())
+        taken = self._limiter.taken.get(transport.get_extra_info("socket").fileno())
         if taken is None:
-            self.source = self._gate.source_of_peer(transport.get_extra_info("peername"))
+            self.source = self._limiter.source_of_peer(transport.get_extra_info("peername"))
         else:
             self.source = taken.source
             taken.turns = None  # the TLS handshake is over
@@ -250,7 +253,7 @@ class Wire(ServerConnection):
         """Clear timers and counters; the event loop calls this when the connection has ended."""
         if self._head_due is not None:
             self._head_due.cancel()
-        self._gate.sources.taken(self.source, self._unread)
+        self._limiter.sources.taken(self.source, self._unread)
         self._unread = 0
         super().connection_lost(exc)
 
@@ -277,7 +280,7 @@ class Wire(ServerConnection):
             self._traffic.received += sum(map(len, pieces))
             error = self._excess(pieces, in_head=in_head)
         if error is not None:
-            pardon = self._gate.pardon(self._now(), thread_time())
+            pardon = self._limiter.pardon(self._now(), thread_time())
             # Only a hand has something to say at each tick, and a room has few of them.
             if deliver is None or pardon <= self._pardoned:
                 self._stop_hearing(error)
@@ -285,7 +288,7 @@ class Wire(ServerConnection):
             # All of it came while this process could not read.
             self._pardoned = pardon
             pieces += self._stream.rest()
-            self._meter = self._gate.meter()
+            self._meter = self._limiter.meter()
         for piece in pieces:
             # No earlier message may still wait when a sample is delivered at once.
             if self.deliver is not None and not self._waiting and is_small_binary(piece):
@@ -318,15 +321,15 @@ class Wire(ServerConnection):
             self._head_due.cancel()
         now = self._now()
         error = self._meter.read(samples, texts, beats, now)
-        return error or (self._gate.sources.say(self.source, texts, now) if texts else None)
+        return error or (self._limiter.sources.say(self.source, texts, now) if texts else None)
 
     def _stop_hearing(self, error: ProtocolError) -> None:
         self._deaf = True
         self.transport.pause_reading()
-        self._gate.sources.dismiss(self.source, self._now())
+        self._limiter.sources.dismiss(self.source, self._now())
         self._traffic.spent[error.subject] += 1
         sentence = f"{self.source} asked for too much: {error}"
-        self._gate.tell(self.source, "budget_spent", sentence, warning=True)
+        self._limiter.tell(self.source, "budget_spent", sentence, warning=True)
         if self.state is not State.OPEN:
             self.transport.abort()
             return
@@ -344,7 +347,7 @@ class Wire(ServerConnection):
         if not self._stream.opened:
             self._traffic.refused["no request"] += 1
             sentence = f"{self.source} sent no request in {HEAD_TIMEOUT:g} s"
-            self._gate.tell(self.source, "no_request", sentence)
+            self._limiter.tell(self.source, "no_request", sentence)
             self.transport.abort()
 
 

@@ -54,7 +54,7 @@ Token = Annotated[str, Field(min_length=1, max_length=MAX_TOKEN, pattern=r"^[!-~
 
 Coordinate = Annotated[float, Field(ge=-MAX_POSITION, le=MAX_POSITION)]  # [m]
 # Coordinate in the frame of a file [m]; no object lies farther from its origin than 1e7 times its
-# own length, which is 5 m at most (`objects/gate.py` of the server).
+# own length, which is 5 m at most (`objects/checked_cells.py` of the server).
 FileCoordinate = Annotated[float, Field(ge=-1e8, le=1e8)]
 # Simulation rates of 10 to 200 Hz, as for the server's settings. A client that accepted any value
 # could be made to ramp its surface in no time, or for ever.

@@ -152,9 +152,9 @@ async def _cluster(always: tuple[str, ...] = ROOMS) -> AsyncGenerator[_Cluster]:
 
 async def _visit(node: Node, room: str, source: str = "198.51.100.7") -> socket.socket:
     """Return the visitor's end of a connection that this node passes on."""
-    with socket.create_server(("127.0.0.1", 0)) as door:
-        ours = socket.create_connection(door.getsockname())
-        theirs, _ = door.accept()
+    with socket.create_server(("127.0.0.1", 0)) as acceptor:
+        ours = socket.create_connection(acceptor.getsockname())
+        theirs, _ = acceptor.accept()
     ours.setblocking(False)
     theirs.setblocking(False)
     _PASSING.add(asyncio.ensure_future(node.pass_on(theirs, room, source)))

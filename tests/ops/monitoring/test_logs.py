@@ -16,7 +16,7 @@ from cohaptic.clock import SystemClock
 from cohaptic_server.guard.limits import Budget, Limits
 from cohaptic_server.logs import JsonLines, LogFormat, LogStyle, set_up_log
 from cohaptic_server.room.peer import LogLine
-from cohaptic_server.shell.gate import Gate
+from cohaptic_server.shell.limiter import ConnectionLimiter
 
 
 def record(text: str, **extra: str) -> logging.LogRecord:
@@ -60,10 +60,10 @@ def test_lines_about_one_address_stay_bounded_in_both_formats(
     root.handlers[:] = []
     try:
         set_up_log(LogStyle(logging.INFO, style), "liver")
-        gate = Gate(Limits(lines=Budget(1e-3, 3)), SystemClock())
+        limiter = ConnectionLimiter(Limits(lines=Budget(1e-3, 3)), SystemClock())
         for _ in range(10):
-            gate.write(LogLine("ada joined", source="here", event="joined", user="ada"))
-        gate.report(after=0.0)
+            limiter.write(LogLine("ada joined", source="here", event="joined", user="ada"))
+        limiter.report(after=0.0)
     finally:
         root.handlers[:] = before
         root.setLevel(level)

@@ -60,7 +60,7 @@ def test_rooms_have_each_their_body_law_limits_rate_and_capacity(tmp_path: Path)
     assert (liver.room, liver.simulation_hz, liver.max_users) == ("liver", 100.0, 4)
     assert liver.laws == (Law.PREDICTIVE,)
     assert liver.limits == Limits().changed(["samples=3:12"])
-    assert config.front.limits == Limits().changed(["open=500"])
+    assert config.router.limits == Limits().changed(["open=500"])
     # A file is looked for beside the configuration.
     assert config.rooms["liver"].body == str(tmp_path / "liver.stl")
     assert dict(config.rooms["liver"].object)["young"] == ["3e3", "tumour=60e3"]

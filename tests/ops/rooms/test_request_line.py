@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_ops.rooms.front import LARGEST, target_of
+from cohaptic_ops.rooms.router import LARGEST, target_of
 
 TARGETS = st.text(st.characters(min_codepoint=0x21, max_codepoint=0x7E), min_size=1, max_size=300)
 METHODS = st.sampled_from(["GET", "HEAD", "POST", "OPTIONS"])

@@ -45,36 +45,36 @@ def test_one_who_may_not_join_is_refused() -> None:
 
 
 def test_a_session_comes_back_when_its_invitation_has_ended_or_was_for_one_time() -> None:
-    door = admission(single_use=True)
-    guest = door.admit(token(), "main", NOW)
-    door.begin(guest, NOW)
-    session = door.session_token(guest, NOW)
+    acceptor = admission(single_use=True)
+    guest = acceptor.admit(token(), "main", NOW)
+    acceptor.begin(guest, NOW)
+    session = acceptor.session_token(guest, NOW)
     assert session is not None
     with pytest.raises(Denied, match="used before"):
-        door.admit(token(), "main", NOW + 1.0)
-    assert door.admit(session, "main", NOW + 1800.0) == guest
-    assert door.admit(session, "main", NOW + 1801.0) == guest
+        acceptor.admit(token(), "main", NOW + 1.0)
+    assert acceptor.admit(session, "main", NOW + 1800.0) == guest
+    assert acceptor.admit(session, "main", NOW + 1801.0) == guest
     with pytest.raises(Denied, match="ended"):
-        door.admit(session, "main", NOW + SESSION_LIFE + LEEWAY)
+        acceptor.admit(session, "main", NOW + SESSION_LIFE + LEEWAY)
 
 
 def test_a_session_ends_however_often_it_comes_back() -> None:
-    door = admission()
-    guest, session = door.admit(token(), "main", NOW), None
+    acceptor = admission()
+    guest, session = acceptor.admit(token(), "main", NOW), None
     for now in (NOW, NOW + 0.5 * SESSION_LIFE, NOW + SESSION_LIFE - 1.0):
-        session = door.session_token(guest, now)
+        session = acceptor.session_token(guest, now)
         assert session is not None
-        assert door.admit(session, "main", now) == guest
-    assert door.session_token(guest, NOW + SESSION_LIFE) is None
+        assert acceptor.admit(session, "main", now) == guest
+    assert acceptor.session_token(guest, NOW + SESSION_LIFE) is None
     with pytest.raises(Denied):
-        door.admit(session, "main", NOW + SESSION_LIFE + LEEWAY)
+        acceptor.admit(session, "main", NOW + SESSION_LIFE + LEEWAY)
 
 
 def test_a_session_is_for_its_room_and_its_keys() -> None:
-    door = admission()
-    session = door.session_token(door.admit(token(), "main", NOW), NOW)
+    acceptor = admission()
+    session = acceptor.session_token(acceptor.admit(token(), "main", NOW), NOW)
     with pytest.raises(Denied, match="this is other"):
-        door.admit(session, "other", NOW)
+        acceptor.admit(session, "other", NOW)
     with pytest.raises(Denied, match="no key"):
         admission(KeyRing((OTHER,))).admit(session, "main", NOW)
     assert (
@@ -83,8 +83,8 @@ def test_a_session_is_for_its_room_and_its_keys() -> None:
 
 
 def test_two_invitations_begin_two_sessions_and_one_invitation_too() -> None:
-    door = admission()
-    guests = [door.admit(token(), "main", NOW) for _ in range(2)]
+    acceptor = admission()
+    guests = [acceptor.admit(token(), "main", NOW) for _ in range(2)]
     assert guests[0].session != guests[1].session
     assert guests[0].invitation == guests[1].invitation == "one"
 
@@ -95,14 +95,14 @@ def test_nobody_without_a_token_gets_one() -> None:
 
 
 def test_a_token_for_one_time_is_not_used_up_by_one_who_may_not_come_in() -> None:
-    door = admission(single_use=True)
+    acceptor = admission(single_use=True)
     with pytest.raises(Denied, match="this is other"):
-        door.admit(token(), "other", NOW)
+        acceptor.admit(token(), "other", NOW)
     # Nor by one for whom there was no seat.
-    assert door.admit(token(), "main", NOW).sub == "anna"
-    door.begin(door.admit(token(), "main", NOW), NOW)
+    assert acceptor.admit(token(), "main", NOW).sub == "anna"
+    acceptor.begin(acceptor.admit(token(), "main", NOW), NOW)
     with pytest.raises(Denied, match="used before"):
-        door.admit(token(), "main", NOW)
+        acceptor.admit(token(), "main", NOW)
 
 
 @pytest.mark.parametrize("single_use", [True, False])
@@ -114,19 +114,19 @@ def test_a_token_for_one_time_is_not_used_up_by_one_who_may_not_come_in() -> Non
 def test_a_session_outlives_its_invitation_by_what_the_owner_says_and_no_more(
     single_use: bool, came: float, valid: float, returns: list[float]
 ) -> None:
-    door = admission(single_use=single_use, session_valid=valid)
-    guest = door.admit(token(), "main", NOW + came)  # it ends 600 s after NOW
-    assert door.ends(guest) == NOW + 600.0 + valid
-    session = door.session_token(guest, NOW + came)
+    acceptor = admission(single_use=single_use, session_valid=valid)
+    guest = acceptor.admit(token(), "main", NOW + came)  # it ends 600 s after NOW
+    assert acceptor.ends(guest) == NOW + 600.0 + valid
+    session = acceptor.session_token(guest, NOW + came)
     limit = min(600.0 + valid, came + SESSION_LIFE)
     for later in (came + r for r in returns):
         if session is None or later >= limit:
             with pytest.raises(Denied):
-                door.admit(session or token(), "main", NOW + max(later, limit + LEEWAY))
+                acceptor.admit(session or token(), "main", NOW + max(later, limit + LEEWAY))
             return
-        again = door.admit(session, "main", NOW + later)
+        again = acceptor.admit(session, "main", NOW + later)
         assert again == guest
-        session = door.session_token(again, NOW + later)
+        session = acceptor.session_token(again, NOW + later)
 
 
 def test_what_an_owner_says_later_holds_for_sessions_of_before() -> None:
@@ -143,5 +143,5 @@ def test_what_an_owner_says_later_holds_for_sessions_of_before() -> None:
 
 
 def test_who_has_no_token_has_no_session_that_ends() -> None:
-    door = admission(admits_anybody=True, session_valid=0.0)
-    assert door.ends(door.admit(None, "main", NOW)) == float("inf")
+    acceptor = admission(admits_anybody=True, session_valid=0.0)
+    assert acceptor.ends(acceptor.admit(None, "main", NOW)) == float("inf")

@@ -18,7 +18,7 @@ from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.tetrahedra import TetMesh
 from cohaptic_server.objects.build import build_solid
-from cohaptic_server.objects.gate import FARTHEST, FARTHEST_SINGLE, checked_cells
+from cohaptic_server.objects.checked_cells import FARTHEST, FARTHEST_SINGLE, checked_cells
 from cohaptic_server.objects.object_file import ObjectFile
 from cohaptic_server.room.body_frames import BodyFrames, describe
 from cohaptic_server.testing.blocks import block

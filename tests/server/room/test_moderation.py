@@ -12,32 +12,40 @@ from cohaptic.protocol.messages import Restraints
 from cohaptic.protocol.watch_messages import Moderate
 from cohaptic.protocol.watch_messages import decode_watch_control as _decode
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.moderation import FROZEN_ALONE, KICKED_FOR
 from cohaptic_server.room.peer import Outcome, Peer
 from cohaptic_server.room.room import RESET_AFTER
+from cohaptic_server.room.session_host import SessionHost
 from tests.server.access.some import ALL, NOW, admission, token
 from tests.server.peers import sample
-from tests.server.room.test_entrance import hello, lobby, refused, say, watch, watching, welcome
+from tests.server.room.test_session_setup import (
+    hello,
+    refused,
+    say,
+    session_host,
+    watch,
+    watching,
+    welcome,
+)
 
 PERIOD = 1.0 / 60.0
 ADMIN = ALL.model_copy(update={"room_admin": True})
 
 
-def ordered(there: Lobby, admin: Peer, now: float = 0.0, **wish: Any) -> Outcome:
+def ordered(there: SessionHost, admin: Peer, now: float = 0.0, **wish: Any) -> Outcome:
     return there.receive(admin, Moderate(**wish).model_dump_json(), now, NOW)
 
 
-def room(body: Balloon) -> tuple[Lobby, Peer, Peer]:
+def room(body: Balloon) -> tuple[SessionHost, Peer, Peer]:
     """A room with an administrator who watches, and one who presses."""
-    there = lobby(body)
+    there = session_host(body)
     admin = say(there, watch(token=token(ADMIN, jti="admin")))
     assert watching(admin).room_admin
     user = say(there, hello(token=token()))
     return there, admin, user
 
 
-def press(there: Lobby, users: list[Peer], start: float, seconds: float) -> list[float]:
+def press(there: SessionHost, users: list[Peer], start: float, seconds: float) -> list[float]:
     """Forces of the first that the body carries, tick by tick, while all press."""
     felt: list[float] = []
     for k in range(int(seconds / PERIOD)):
@@ -66,7 +74,7 @@ def test_one_who_is_no_administrator_is_refused_and_nothing_is_done(
         assert "roomAdmin" in refused(guest, CloseCode.FORBIDDEN)
         guest = say(there, watch(token=token(jti="guest")), source=str(wish))
     assert not there.room.frozen
-    assert len(there.entrance.removed) == 0
+    assert len(there.room_admission.removed) == 0
     assert user.session.close is None
 
 
@@ -127,7 +135,7 @@ def test_who_was_kicked_may_come_back_later_and_who_was_banned_may_not(
 def test_of_a_ban_nobody_suffers_who_came_before_with_the_same_invitation(
     small_balloon: Balloon,
 ) -> None:
-    there = lobby(small_balloon, admission())
+    there = session_host(small_balloon, admission())
     admin = say(there, watch(token=token(ADMIN, jti="admin")))
     friend = say(there, hello("friend", token=token()))
     session = welcome(friend).session

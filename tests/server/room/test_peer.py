@@ -6,14 +6,14 @@ from hypothesis import strategies as st
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.peer import Outcome
 from tests.server.peers import hello_text
-from tests.server.room.test_lobby import connect, lobby, say
+from tests.server.room.test_session_host import connect, say, session_host
 
 
 def test_a_name_that_draws_on_terminals_is_logged_as_one_printable_line(
     small_balloon: Balloon,
 ) -> None:
     """Characters that change the direction of text, or have no width, are no control characters."""
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     peer, stranger = connect(there), connect(there)
     (line,) = say(there, peer, hello_text("a\u0301\u0332b")).log
     assert line.text.isprintable()

@@ -16,15 +16,15 @@ from cohaptic_server.access.remembered import (
     still_counting,
 )
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.moderation import KICKED_FOR, Removed
-from cohaptic_server.room.reception import Entrance
 from cohaptic_server.room.room import Room
-from cohaptic_server.room.watch.audience import Audience
+from cohaptic_server.room.session_host import SessionHost
+from cohaptic_server.room.session_setup import RoomAdmission
+from cohaptic_server.room.watch.scene_broadcast import SceneBroadcast
 from cohaptic_server.settings import ServerSettings
 from tests.server.access.some import NOW, admission, token
-from tests.server.room.test_entrance import hello, lobby, refused, say, watch, welcome
 from tests.server.room.test_moderation import ADMIN, ordered
+from tests.server.room.test_session_setup import hello, refused, say, session_host, watch, welcome
 
 
 def guest(session: str, invitation: str = "i", since: float = 0.0) -> Guest:
@@ -97,11 +97,11 @@ def test_what_one_process_keeps_holds_in_the_next_whatever_the_wall_clock_does()
 def test_a_ban_holds_in_the_next_process_of_the_room(small_balloon: Balloon) -> None:
     kept: list[Record] = []
 
-    def process() -> Lobby:
-        entrance = Entrance(None, admission(single_use=True), None, kept.append)
-        entrance.recall(list(kept), 0.0, NOW)
+    def process() -> SessionHost:
+        room_admission = RoomAdmission(None, admission(single_use=True), None, kept.append)
+        room_admission.recall(list(kept), 0.0, NOW)
         body = Room(small_balloon, ServerSettings())
-        return Lobby(body, Audience(body, model=None), entrance)
+        return SessionHost(body, SceneBroadcast(body, model=None), room_admission)
 
     there = process()
     admin = say(there, watch(token=token(ADMIN, jti="admin")))
@@ -118,15 +118,15 @@ def test_a_ban_holds_in_the_next_process_of_the_room(small_balloon: Balloon) -> 
 
 def test_a_name_of_the_journal_that_is_none_is_not_told(small_balloon: Balloon) -> None:
     """Of another version, or written by hand: an administrator watches all the same."""
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     for name in ("x" * 33, "", "two\nlines", "left"):
         line = encode(
             Removal(session="s", invitation="i", name=name, source="", at=0.0, until=None)
         )
         record = decode(line)
         assert record is not None
-        there.entrance.recall([record], 0.0, NOW)
-    assert len(there.entrance.removed) == 4
+        there.room_admission.recall([record], 0.0, NOW)
+    assert len(there.room_admission.removed) == 4
     admin = say(there, watch(token=token(ADMIN, jti="admin")))
     messages = [_decode(str(data)) for data in admin.session.take(clear=True)]
     assert messages[1:] == [PutOut(names=("left",))]
@@ -136,13 +136,13 @@ def test_who_was_banned_may_come_back_once_an_administrator_says_so(
     small_balloon: Balloon,
 ) -> None:
     kept: list[Record] = []
-    there = lobby(small_balloon)
-    there.entrance.removed = Removed(kept.append)
+    there = session_host(small_balloon)
+    there.room_admission.removed = Removed(kept.append)
     admin = say(there, watch(token=token(ADMIN, jti="admin")))
     user = say(there, hello(token=token()))
     ordered(there, admin, action="ban", user=user.user)
     there.disconnect(user, "")
-    assert there.entrance.removed.names(0.0) == ("left",)
+    assert there.room_admission.removed.names(0.0) == ("left",)
     reported = list(admin.session.take(clear=True))
     again = say(there, hello(token=token()))
     assert "banned" in refused(again, CloseCode.FORBIDDEN)

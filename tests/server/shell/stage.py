@@ -23,7 +23,7 @@ from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.vec import Vec3, norm
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.gate import Protection
+from cohaptic_server.shell.limiter import Protection
 from cohaptic_server.shell.server import CohapticServer
 from tests.patience import PATIENCE
 from tests.server.peers import hello_text, sample

@@ -23,7 +23,7 @@ from cohaptic.protocol.messages import Welcome, encode_control
 from cohaptic_server.access.admission import Admission
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.limits import Budget, Limits
-from cohaptic_server.shell.gate import Protection
+from cohaptic_server.shell.limiter import Protection
 from tests.patience import PATIENCE
 from tests.server.access.some import RING
 from tests.server.credentials.pairs import write_authority

@@ -19,9 +19,9 @@ from cohaptic.protocol.messages import Error, SetLaw, UserJoined, Welcome, encod
 from cohaptic.protocol.websocket_frames import make_frame
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.limits import Budget, Limits
-from cohaptic_server.shell.doors import door
-from cohaptic_server.shell.doors.door import KERNEL_BUFFER
-from cohaptic_server.shell.gate import Gate
+from cohaptic_server.shell import acceptor
+from cohaptic_server.shell.acceptor import KERNEL_BUFFER
+from cohaptic_server.shell.limiter import ConnectionLimiter
 from tests.patience import PATIENCE
 from tests.server.peers import hello_text, sample
 from tests.server.shell.stage import FAR, REQUEST, ZERO, Stage, names, serving, visit
@@ -127,8 +127,8 @@ def test_what_piled_up_while_the_server_stood_still_is_no_flood(small_balloon: B
                 guest.ws.transport.write(samples(100))
                 guest.seq = 4100
                 await guest.play(3)
-                spent = sum(served.server.gate.traffic.spent.values())
-                assert served.server.gate.pardon(served.server.clock.now(), thread_time()) == 1
+                spent = sum(served.server.limiter.traffic.spent.values())
+                assert served.server.limiter.pardon(served.server.clock.now(), thread_time()) == 1
                 guest.ws.transport.write(samples(5000))
                 code, _, _ = await guest.end()
                 return spent, code
@@ -139,11 +139,11 @@ def test_what_piled_up_while_the_server_stood_still_is_no_flood(small_balloon: B
 def test_a_server_that_floods_keep_busy_pardons_none() -> None:
     """It computes all the time, while one that was suspended does not; and no pardon is renewed."""
     clock = SystemClock()
-    busy, suspended = Gate(Limits(), clock), Gate(Limits(), clock)
-    for gate in (busy, suspended):
-        assert gate.pardon(1e6, 0.0) == 0  # no tick is expected yet
-        gate.tick(100.0, 5.0)
-        assert gate.pardon(101.9, 5.1) == 0
+    busy, suspended = ConnectionLimiter(Limits(), clock), ConnectionLimiter(Limits(), clock)
+    for limiter in (busy, suspended):
+        assert limiter.pardon(1e6, 0.0) == 0  # no tick is expected yet
+        limiter.tick(100.0, 5.0)
+        assert limiter.pardon(101.9, 5.1) == 0
     assert busy.pardon(114.0, 18.0) == 0
     busy.tick(114.0, 18.0)
     assert busy.pardon(114.1, 18.1) == 0
@@ -158,17 +158,17 @@ def test_a_server_that_floods_keep_busy_pardons_none() -> None:
 def test_connections_that_never_ask_are_bounded_told_and_cut(
     small_balloon: Balloon, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(door, "HEAD_TIMEOUT", 1.0)
+    monkeypatch.setattr(acceptor, "HEAD_TIMEOUT", 1.0)
 
     async def come() -> tuple[list[bytes], int, bytes]:
         limits = Limits(open=20)
         async with asyncio.timeout(PATIENCE), serving(small_balloon, limits=limits) as served:
             silent = [await raw(served.url) for _ in range(100)]
-            open_then = served.server.gate.sources.open
+            open_then = served.server.limiter.sources.open
             ends = await asyncio.gather(*(reader.read() for reader, _ in silent))
             for _, writer in silent:
                 writer.close()
-            while served.server.gate.sources.open:
+            while served.server.limiter.sources.open:
                 await asyncio.sleep(0)
             return ends, open_then, await answer(served.url)
 
@@ -211,11 +211,11 @@ def test_what_is_not_read_is_bounded_for_an_address(small_balloon: Balloon) -> N
             web.serve(small_balloon, lambda vertex: bytes(4 * 2**20))
             green = f"GET /v1/models/{web.model}/green/0 HTTP/1.1\r\nHost: localhost\r\n\r\n"
             lazy[1].write(green.encode())
-            while not served.server.gate.sources.unread:
+            while not served.server.limiter.sources.unread:
                 await asyncio.sleep(0)
             refused = await answer(served.url)
             lazy[1].close()
-            while served.server.gate.sources.unread:
+            while served.server.limiter.sources.unread:
                 await asyncio.sleep(0)
             return refused, await answer(served.url)
 

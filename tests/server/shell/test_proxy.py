@@ -17,7 +17,7 @@ from cohaptic.protocol.messages import Welcome, encode_control
 from cohaptic_server.access.admission import Admission
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.limits import Budget, Limits
-from cohaptic_server.shell.gate import Protection
+from cohaptic_server.shell.limiter import Protection
 from tests.server.access.some import RING, token
 from tests.server.credentials.pairs import write_authority
 from tests.server.peers import hello
@@ -120,7 +120,7 @@ def test_budgets_are_those_of_who_comes_and_not_of_the_proxy(
                 assert await code("127.0.0.2", "127.0.0.3, 127.0.0.1") == many
                 assert await code("127.0.0.3") == wrong
                 assert await code("127.0.0.2", '9.9.9.9";for=9.9.9.8;x="') == many
-                assert served.server.gate.sources.open <= 2
+                assert served.server.limiter.sources.open <= 2
 
     asyncio.run(run())
 

@@ -1,4 +1,4 @@
-"""The shell on real sockets: users who come, go and stall. Rules are tested in `test_lobby.py`."""
+"""The shell on real sockets: users who come, go and stall."""
 
 from __future__ import annotations
 
@@ -150,12 +150,12 @@ def test_a_client_that_stops_reading_costs_little_and_delays_nobody(stage: Stage
                 # One patch of 88 bytes and its header, at most, is with the transport.
                 assert at_server.ws.transport.get_write_buffer_size() < 128
             # Without sockets, since the client may not be deaf for as long as those would take.
-            lobby, now = stage.server.lobby, stage.server.clock.now()
+            session_host, now = stage.server.session_host, stage.server.clock.now()
             for _ in range(MAX_EVENTS):
-                stranger = lobby.connect(now, SUBPROTOCOL, None, "elsewhere")
+                stranger = session_host.connect(now, SUBPROTOCOL, None, "elsewhere")
                 for said in (hello_text(next(names)), encode_control(Bye())):
-                    lobby.receive(stranger, said, now, 0.0)
-                lobby.disconnect(stranger, "")
+                    session_host.receive(stranger, said, now, 0.0)
+                session_host.disconnect(stranger, "")
             assert at_server.session.close is None
             client.ws.transport.resume_reading()
             patches = await client.play(40)

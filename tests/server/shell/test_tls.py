@@ -20,9 +20,8 @@ from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic_client.network.link import Link
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.credentials.certificate import Certificate
-from cohaptic_server.shell import listener, wire
-from cohaptic_server.shell.doors import door
-from cohaptic_server.shell.gate import Protection, Turns
+from cohaptic_server.shell import acceptor, listener, wire
+from cohaptic_server.shell.limiter import Protection, Turns
 from tests.patience import PATIENCE
 from tests.server.credentials.pairs import write_authority, write_pair
 from tests.server.shell.stage import Served, serving, visit
@@ -93,11 +92,11 @@ def test_connections_whose_handshake_fails_are_not_counted_for_ever(
     small_balloon: Balloon, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(listener.TLS_OPTIONS, "ssl_handshake_timeout", 1.0)
-    monkeypatch.setattr(door, "HEAD_TIMEOUT", 1.0)
+    monkeypatch.setattr(acceptor, "HEAD_TIMEOUT", 1.0)
 
     async def run() -> None:
         async with serving(small_balloon, protection=protected(tmp_path)) as served:
-            sources = served.server.gate.sources
+            sources = served.server.limiter.sources
             async with visit(served.url, ssl=trusting(tmp_path)) as client:
                 await client.join("left")
                 held: list[socket.socket] = []
@@ -116,12 +115,12 @@ def test_connections_whose_handshake_fails_are_not_counted_for_ever(
                 await until(lambda: sources.open > 1)
                 # Those that say nothing are cut by the time-out of the handshake.
                 await until(lambda: sources.open == 1)
-                assert list(served.server.gate.taken) != []
+                assert list(served.server.limiter.taken) != []
                 assert len(await client.play(5)) == 5
                 for one in held:
                     one.close()
             await until(lambda: sources.open == 0)
-            assert served.server.gate.taken == {}
+            assert served.server.limiter.taken == {}
 
     asyncio.run(run())
 
@@ -140,7 +139,7 @@ def test_all_who_shake_hands_at_once_come_in_and_a_connection_keeps_little_memor
 ) -> None:
     # However long this machine takes for all of them.
     monkeypatch.setitem(listener.TLS_OPTIONS, "ssl_handshake_timeout", PATIENCE)
-    monkeypatch.setattr(door, "HEAD_TIMEOUT", PATIENCE)
+    monkeypatch.setattr(acceptor, "HEAD_TIMEOUT", PATIENCE)
     monkeypatch.setattr(wire, "HEAD_TIMEOUT", PATIENCE)
 
     async def run() -> None:
@@ -149,8 +148,10 @@ def test_all_who_shake_hands_at_once_come_in_and_a_connection_keeps_little_memor
             opened = await asyncio.gather(
                 *(asyncio.open_connection(*address(served), ssl=trust) for _ in range(40))
             )
-            await until(lambda: len(served.server.gate.taken) == 40)
-            await until(lambda: all(one.turns is None for one in served.server.gate.taken.values()))
+            await until(lambda: len(served.server.limiter.taken) == 40)
+            await until(
+                lambda: all(one.turns is None for one in served.server.limiter.taken.values())
+            )
             for _, writer in opened:
                 below: Any = getattr(writer.transport, "_ssl_protocol")  # noqa: B009
                 assert len(below._ssl_buffer) <= listener.TLS_BUFFER

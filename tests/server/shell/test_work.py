@@ -123,7 +123,7 @@ def counted() -> Generator[Callable[[], int]]:
 def test_the_messages_of_a_tick_leave_in_one_write_for_each_client(room: Room) -> None:
     """News and a patch too; the news first."""
     room.hear()
-    for peer in room.server.lobby.peers:
+    for peer in room.server.session_host.peers:
         peer.session.send(UserJoined(user=9, name="news"))
     room.tick()
     for transport in room.transports:

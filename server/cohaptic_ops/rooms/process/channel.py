@@ -1,4 +1,4 @@
-"""Exchanges lines between a room's process and its supervisor over a socket pair."""
+"""Exchanges lines between a room's process and its rooms server over a socket pair."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Hands connections from the process that accepts them to another process that serves them.
 
 A connection travels over a pair of unix sockets (SCM_RIGHTS) with a number and its source. At the
-other end `HandedDoor` accepts the connection like a listening socket; when the connection is
+other end `HandedAcceptor` accepts the connection like a listening socket; when the connection is
 closed, its number is sent back. A connection that does not fit into the kernel's buffer is not
 handed over, so that no process ever waits.
 """
@@ -15,7 +15,7 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
-from cohaptic_server.shell.gate import Gate, Taken
+from cohaptic_server.shell.limiter import ConnectionLimiter, Taken
 from cohaptic_server.shell.refusal import turn_away
 
 _WORDS = struct.Struct("<Q64s")  # number and source; the longest source is a network of IPv6
@@ -75,19 +75,21 @@ class HandedSocket(Taken):
             self._left(self._number)
 
 
-class HandedDoor(socket.socket):
+class HandedAcceptor(socket.socket):
     """Accepts handed-over connections like a listening socket.
 
     Args:
-        end: Receiving end of a pair; the door takes over its file descriptor.
-        gate: Gate that admits connections by their rate limits.
+        end: Receiving end of a pair; the acceptor takes over its file descriptor.
+        limiter: ConnectionLimiter that admits connections by their rate limits.
         left: Called with the number of each connection that has ended.
     """
 
-    def __init__(self, end: socket.socket, gate: Gate, left: Callable[[int], None]) -> None:
+    def __init__(
+        self, end: socket.socket, limiter: ConnectionLimiter, left: Callable[[int], None]
+    ) -> None:
         super().__init__(end.family, end.type, end.proto, fileno=end.detach())
         self.setblocking(False)
-        self._gate, self._left = gate, left
+        self._limiter, self._left = limiter, left
         self._taken = 0
 
     def listen(self, backlog: int = 0, /) -> None:
@@ -116,7 +118,7 @@ class HandedDoor(socket.socket):
             except OSError:  # gone already
                 connection.close()
                 continue
-            refusal = self._gate.enter(connection, said.rstrip(b"\0").decode())
+            refusal = self._limiter.enter(connection, said.rstrip(b"\0").decode())
             if refusal is None:
                 return connection, peer
             turn_away(connection, refusal)

@@ -1,4 +1,4 @@
-"""Messages between a room's process and its supervisor, as lines of JSON. No I/O.
+"""Messages between a room's process and its rooms server, as lines of JSON. No I/O.
 
 A message with state (`Report`, `Measured`, `Allow`, `Until`) replaces the previous message of its
 kind; the other kinds are events.
@@ -83,7 +83,7 @@ class Allow(_Line):
 
     Args:
         users, watchers: Numbers of seats for users and for watchers.
-        users_serial, watchers_serial: Serial numbers, as in `supervisor.Seats`.
+        users_serial, watchers_serial: Serial numbers, as in `rooms_server.Seats`.
     """
 
     kind: Literal["allow"] = "allow"

@@ -29,7 +29,7 @@ from cohaptic.runtime.scheduling import (
 )
 from cohaptic_ops.monitoring.gather import Gatherer
 from cohaptic_ops.rooms.process.channel import Channel, open_channel
-from cohaptic_ops.rooms.process.handing_over import HandedDoor
+from cohaptic_ops.rooms.process.handing_over import HandedAcceptor
 from cohaptic_ops.rooms.process.reports import (
     NO_SEATS,
     Allow,
@@ -48,7 +48,7 @@ from cohaptic_server.credentials.reloading import reload_changed
 from cohaptic_server.logs import LogStyle, set_up_log
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.exchange import ServedBody
-from cohaptic_server.shell.gate import Protection
+from cohaptic_server.shell.limiter import Protection
 from cohaptic_server.shell.server import CohapticServer
 
 # Fraction of a core above which a room loses its priority, and below which it gets it back
@@ -110,7 +110,7 @@ def run_room(
     settings: ServerSettings,
     build: Build,
     control: socket.socket,
-    door: socket.socket,
+    acceptor: socket.socket,
     style: LogStyle,
     protect: Protect = Protection,
     measured: bool = False,
@@ -121,21 +121,23 @@ def run_room(
     Args:
         settings: Settings of the room's server.
         build: Makes the body; a module-level function, which the process can import.
-        control: The room's end of the channel to the supervisor.
-        door: Receiving end of the pair over which connections are handed over.
+        control: The room's end of the channel to the rooms server.
+        acceptor: Receiving end of the pair over which connections are handed over.
         style: Style of the log.
         protect: Makes the access control of the room; reads the key files.
-        measured: Whether the room sends its metrics to the supervisor.
+        measured: Whether the room sends its metrics to the rooms server.
         until: Time until which the room may run, on the machine's clock [s]; see `Until`.
     """
     set_up_log(style, settings.room)
-    # The supervisor handles both signals: it ends the rooms, or lets them read files again.
+    # The rooms server handles both signals: it ends the rooms, or lets them read files again.
     for number in ("SIGINT", "SIGHUP"):
         if hasattr(signal, number):
             signal.signal(getattr(signal, number), signal.SIG_IGN)
     # Several threads of one room would wait for the threads of another room.
     with threadpool_limits(limits=1):
-        failed = asyncio.run(_Room(settings, build, door, protect, measured, until).live(control))
+        failed = asyncio.run(
+            _Room(settings, build, acceptor, protect, measured, until).live(control)
+        )
     logging.shutdown()
     # Exit at once: threads left from the start (a solve, a build) would keep the process alive.
     os._exit(_NOT_PREPARED if failed else 0)
@@ -151,7 +153,7 @@ class _Room:
 
     settings: ServerSettings
     build: Build
-    door: socket.socket
+    acceptor: socket.socket
     protect: Protect = Protection
     measured: bool = False
     until: float = FOREVER
@@ -197,11 +199,11 @@ class _Room:
         try:
             await asyncio.to_thread(served.start)
             server = self.server = CohapticServer(body, self.settings, served.solve, protection)
-            door = HandedDoor(
-                self.door, server.gate, lambda number: channel.tell(Left(numbers=[number]))
+            acceptor = HandedAcceptor(
+                self.acceptor, server.limiter, lambda number: channel.tell(Left(numbers=[number]))
             )
             self._allow()
-            await server.start(door)
+            await server.start(acceptor)
             channel.tell(Ready())
             reporting = asyncio.ensure_future(self._keep_reporting(channel, server))
             sys.setswitchinterval(_SWITCH_INTERVAL)
@@ -244,7 +246,7 @@ class _Room:
         if self.server is not None:
             room = self.server.room
             room.seats.allow(self.allowed.users, room.seated(self.server.clock.now()))
-            room.watch_seats.allow(self.allowed.watchers, len(self.server.audience.watchers))
+            room.watch_seats.allow(self.allowed.watchers, len(self.server.scene_broadcast.watchers))
 
     async def _keep_reporting(self, channel: Channel, server: CohapticServer) -> None:
         precedence = Precedence()
@@ -283,7 +285,7 @@ class _Room:
 
     def _report(self, server: CohapticServer) -> Report:
         room, meters = server.room, server.meters
-        users, watchers = len(room.members), len(server.audience.watchers)
+        users, watchers = len(room.members), len(server.scene_broadcast.watchers)
         return Report(
             users=users,
             watchers=watchers,

@@ -17,7 +17,7 @@ import scipy.ndimage
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints, Mask
-from cohaptic_server.objects.gate import checked_cells
+from cohaptic_server.objects.checked_cells import checked_cells
 from cohaptic_server.objects.parts.parts import PartSurface
 from cohaptic_server.objects.scan.choose import (
     MAX_VOXELS,

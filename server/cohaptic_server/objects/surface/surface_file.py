@@ -11,8 +11,8 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic_server.numeric import Floats, Ints
+from cohaptic_server.objects.checked_cells import checked_cells
 from cohaptic_server.objects.first_bytes import START, check_start
-from cohaptic_server.objects.gate import checked_cells
 from cohaptic_server.objects.memory_limit import (
     reading_limited,
     say_once,

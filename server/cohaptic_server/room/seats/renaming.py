@@ -8,16 +8,16 @@ from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.control.message import Named, SetName
 from cohaptic.protocol.messages import UserJoined
 from cohaptic_server.room.peer import Outcome, Peer
-from cohaptic_server.room.reception import Entrance
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.seats.names import Claim
 from cohaptic_server.room.seats.waiting import Waiting
+from cohaptic_server.room.session_setup import RoomAdmission
 
 
 def rename(
     room: Room,
     waiting: Waiting,
-    entrance: Entrance,
+    room_admission: RoomAdmission,
     peers: Iterable[Peer],
     peer: Peer,
     wish: SetName,
@@ -29,7 +29,7 @@ def rename(
     Args:
         room: Room that the client is in or waits for.
         waiting: Clients that wait for a seat.
-        entrance: Entrance of the room, which refuses the name of a removed user.
+        room_admission: RoomAdmission of the room, which refuses the name of a removed user.
         peers: All peers of the room.
         peer: Client that wants another name.
         wish: Message with the new name.
@@ -48,10 +48,10 @@ def rename(
     if wish.name == before:
         peer.session.send(Named(name=before))
         return
-    entrance.sources.join(peer.source, now)  # a new name is news for everybody, like a join
+    room_admission.sources.join(peer.source, now)  # a new name is news for everybody, like a join
     claim = Claim(hello.key, peer.source, peer.guest.session)
     try:
-        _check(room, waiting, entrance, peer, wish.name, claim, now)
+        _check(room, waiting, room_admission, peer, wish.name, claim, now)
     except ProtocolError as error:
         peer.session.send(Named(name=before, reason=str(error)))
         return
@@ -76,7 +76,7 @@ def rename(
 def _check(
     room: Room,
     waiting: Waiting,
-    entrance: Entrance,
+    room_admission: RoomAdmission,
     peer: Peer,
     name: str,
     claim: Claim,
@@ -87,4 +87,4 @@ def _check(
         limit = "another one: somebody waits by that name"
         raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
     room.kept.check(name, claim, now)
-    entrance.removed.check(peer.guest, name, peer.source, now)
+    room_admission.removed.check(peer.guest, name, peer.source, now)

@@ -149,7 +149,7 @@ class Watcher:
         return events
 
     def accept(self, watching: Watching) -> None:
-        """Queue the first answer to the watcher, which the audience has accepted."""
+        """Queue the first answer to the watcher, which the scene broadcast has accepted."""
         self.state = after(self.state, Event.ADMITTED)
         self.send(watching)
 

@@ -10,9 +10,9 @@ from collections.abc import Generator
 import pytest
 
 from cohaptic.clock import SystemClock
-from cohaptic_ops.rooms.process.handing_over import HandedDoor, hand_over, handing_pair
+from cohaptic_ops.rooms.process.handing_over import HandedAcceptor, hand_over, handing_pair
 from cohaptic_server.guard.limits import Limits
-from cohaptic_server.shell.gate import Gate
+from cohaptic_server.shell.limiter import ConnectionLimiter
 from tests.patience import PATIENCE
 
 pytestmark = [
@@ -31,8 +31,8 @@ def connected() -> Generator[tuple[socket.socket, socket.socket]]:
         yield ours, theirs
 
 
-def gate(*limits: str) -> Gate:
-    return Gate(Limits().changed(limits), SystemClock())
+def limiter(*limits: str) -> ConnectionLimiter:
+    return ConnectionLimiter(Limits().changed(limits), SystemClock())
 
 
 def test_a_connection_comes_out_as_from_a_listening_socket_and_its_number_back(
@@ -43,18 +43,18 @@ def test_a_connection_comes_out_as_from_a_listening_socket_and_its_number_back(
     async def main() -> None:
         left: list[int] = []
         end, inner = handing_pair()
-        counting = gate()
-        with end, HandedDoor(inner, counting, left.append) as door:
+        counting = limiter()
+        with end, HandedAcceptor(inner, counting, left.append) as acceptor:
             ours.sendall(b"before it was handed over")
             assert hand_over(end, theirs, 7, "198.51.100.7")
             theirs.close()
-            connection, peer = door.accept()
+            connection, peer = acceptor.accept()
             assert peer == ours.getsockname()
             # It counts against the source that was told, not against the peer.
             (counted,) = counting.taken.values()
             assert counted.source == "198.51.100.7"
             with pytest.raises(BlockingIOError):
-                door.accept()
+                acceptor.accept()
             connection.setblocking(True)
             assert connection.recv(100) == b"before it was handed over"
             assert left == []
@@ -74,12 +74,12 @@ def test_whom_a_room_has_no_budget_for_is_told_and_counted_out(
     async def main() -> None:
         left: list[int] = []
         end, inner = handing_pair()
-        with end, HandedDoor(inner, gate("open=1"), left.append) as door:
+        with end, HandedAcceptor(inner, limiter("open=1"), left.append) as acceptor:
             assert hand_over(end, theirs, 1, "127.0.0.1")
-            first, _ = door.accept()
+            first, _ = acceptor.accept()
             assert hand_over(end, theirs, 2, "127.0.0.1")
             with pytest.raises(BlockingIOError):
-                door.accept()
+                acceptor.accept()
             assert left == [2]
             assert ours.recv(100).startswith(b"HTTP/1.1 429 ")
             first.close()
@@ -95,14 +95,14 @@ def test_a_room_that_takes_nobody_costs_no_wait_and_a_bounded_number_of_files(
     async def main() -> None:
         left: list[int] = []
         end, inner = handing_pair()
-        door = HandedDoor(inner, gate(), left.append)
+        acceptor = HandedAcceptor(inner, limiter(), left.append)
         with end:
             taken = 0
             while hand_over(end, theirs, taken, "127.0.0.1"):
                 taken += 1
                 assert taken < 1000
             assert taken > 20
-            door.close()  # they are counted out with it
+            acceptor.close()  # they are counted out with it
             assert left == list(range(taken))
             assert not hand_over(end, theirs, 0, "127.0.0.1")
 
@@ -112,16 +112,16 @@ def test_a_room_that_takes_nobody_costs_no_wait_and_a_bounded_number_of_files(
 def test_when_the_front_is_gone_nobody_comes_and_nothing_spins() -> None:
     async def main() -> None:
         end, inner = handing_pair()
-        with HandedDoor(inner, gate(), lambda _: None) as door:
+        with HandedAcceptor(inner, limiter(), lambda _: None) as acceptor:
             calls: list[int] = []
             loop = asyncio.get_running_loop()
 
             def look() -> None:
                 calls.append(1)
                 with pytest.raises(BlockingIOError):
-                    door.accept()
+                    acceptor.accept()
 
-            loop.add_reader(door, look)
+            loop.add_reader(acceptor, look)
             end.close()
             await asyncio.sleep(0.05)
             assert calls == [1]

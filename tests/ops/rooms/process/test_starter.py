@@ -12,7 +12,7 @@ import pytest
 
 from cohaptic_ops.rooms.process.starter import can_fork
 from tests.ops.rooms.bodies import small
-from tests.ops.rooms.test_supervisor import Served, served
+from tests.ops.rooms.test_rooms_server import Served, served
 
 pytestmark = [
     pytest.mark.live,
@@ -62,7 +62,7 @@ def test_it_has_a_successor_before_any_room_needs_one() -> None:
             before = [rooms.pid("a"), rooms.pid("b")]
             new = await kill_starter(rooms)
             assert [rooms.pid("a"), rooms.pid("b")] == before
-            assert {state.state for state in rooms.supervisor.states()} == {"open"}
+            assert {state.state for state in rooms.rooms_server.states()} == {"open"}
             rooms.signal("a", signal.SIGKILL)
             await rooms.until(lambda: rooms.is_new("a", before[0]))
             assert parent(rooms.pid("a")) == new

@@ -11,12 +11,12 @@ from cohaptic.protocol.watch_messages import Watch, decode_watch_control
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.sources import Sources
-from cohaptic_server.room.company.gathering import REPORT_EVERY
-from cohaptic_server.room.lobby import Lobby
+from cohaptic_server.room.company.shared_views import REPORT_EVERY
 from cohaptic_server.room.peer import Peer
-from cohaptic_server.room.reception import Entrance
 from cohaptic_server.room.room import Room
-from cohaptic_server.room.watch.audience import Audience
+from cohaptic_server.room.session_host import SessionHost
+from cohaptic_server.room.session_setup import RoomAdmission
+from cohaptic_server.room.watch.scene_broadcast import SceneBroadcast
 from cohaptic_server.settings import ServerSettings
 
 AIM = Aim(azimuth=1.0, elevation=0.25, distance=4.0)
@@ -27,7 +27,7 @@ def key_of(name: str) -> str:
 
 
 class Played:
-    """A lobby with the time that has passed there.
+    """A session host with the time that has passed there.
 
     Attributes:
         now: Time [s].
@@ -35,16 +35,16 @@ class Played:
 
     def __init__(self, body: Balloon, limits: Limits | None = None, **settings: Any) -> None:
         room = Room(body, ServerSettings(**settings))
-        entrance = Entrance(Sources(limits or Limits()))
-        self.lobby = Lobby(room, Audience(room, model=None), entrance)
+        room_admission = RoomAdmission(Sources(limits or Limits()))
+        self.session_host = SessionHost(room, SceneBroadcast(room, model=None), room_admission)
         self.now = 0.0
 
     def say(self, peer: Peer, message: Any) -> None:
         text = message if isinstance(message, str) else encode_control(message)
-        self.lobby.receive(peer, text, self.now, 0.0)
+        self.session_host.receive(peer, text, self.now, 0.0)
 
     def connect(self, first: Hello | Watch, source: str = "10.0.0.1") -> Peer:
-        peer = self.lobby.connect(self.now, SUBPROTOCOL, SUBPROTOCOL, source)
+        peer = self.session_host.connect(self.now, SUBPROTOCOL, SUBPROTOCOL, source)
         self.say(peer, first)
         return peer
 
@@ -74,10 +74,10 @@ class Played:
 
     def step(self, seconds: float = REPORT_EVERY) -> None:
         self.now += seconds
-        self.lobby.gathering.step(self.now)
+        self.session_host.shared_views.step(self.now)
 
     def leave(self, peer: Peer) -> None:
-        self.lobby.disconnect(peer, "bye")
+        self.session_host.disconnect(peer, "bye")
 
 
 def heard(peer: Peer) -> list[Any]:

@@ -7,7 +7,7 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.room.company.gathering import Follows, Visitor
+from cohaptic_server.room.company.shared_views import Follows, Visitor
 
 PAGES, USERS = 4, 3
 SAID = st.tuples(

@@ -9,8 +9,8 @@ from cohaptic.protocol.control.message import ControlMessage
 from cohaptic.protocol.messages import encode_control
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.limits import Budget, Limits
-from cohaptic_server.room.company import gathering
-from cohaptic_server.room.company.gathering import NEWS_AT_ONCE, REPORT_EVERY
+from cohaptic_server.room.company import shared_views
+from cohaptic_server.room.company.shared_views import NEWS_AT_ONCE, REPORT_EVERY
 from tests.server.room.company.rooms import Played, heard, key_of
 
 
@@ -42,7 +42,7 @@ def test_a_tick_makes_few_news_however_many_concern_and_in_the_end_all_are_told(
             made.append(1 + len(news.followers))
         return encode_control(news)
 
-    monkeypatch.setattr(gathering, "encode_control", make)
+    monkeypatch.setattr(shared_views, "encode_control", make)
     free = Budget(1e6, 1e6)
     room = Played(small_balloon, Limits(joins=free), max_users=64)
     people = [room.person(f"p{k}") for k in range(40)]

@@ -15,7 +15,7 @@ from cohaptic_server.room.moderation import Removed
 from cohaptic_server.room.seats.names import Claim, KeptNames, looks_like, skeleton
 from tests.server.peers import hello
 from tests.server.room.seats.test_waiting import failed, full, wait
-from tests.server.room.test_lobby import connect, join, lobby, news, say
+from tests.server.room.test_session_host import connect, join, news, say, session_host
 
 ALIKE = ("аnn", "ａｎｎ", "a nn", "ɑnn", "αnn", "аｎn")
 PAIRS = (
@@ -55,7 +55,7 @@ def test_a_name_looks_like_itself_and_like_its_skeleton(name: str) -> None:
 def test_a_name_that_looks_like_anothers_is_taken_wherever_that_one_is(
     small_balloon: Balloon, other: str
 ) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     join(there, "ann")
     assert failed(join(there, other))[0] == CloseCode.NAME_TAKEN.value
     # By changing its name nobody gets it either.
@@ -73,7 +73,7 @@ def test_a_name_that_looks_like_anothers_is_taken_wherever_that_one_is(
 
 
 def test_who_has_the_key_of_a_name_changes_how_it_is_written(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     ann = join(there, "аnn")
     say(there, ann, encode_control(SetName(name="ann")))
     assert news(ann)[-1].reason == ""
@@ -90,7 +90,7 @@ def test_who_was_put_out_or_muted_is_so_by_what_looks_like_its_name(other: str) 
 
 
 def test_a_name_is_told_as_it_was_taken(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     peer = connect(there)
     text = encode_control(hello("ann")).replace('"ann"', '" \\u00a0ａｎｎ "')
     (line,) = say(there, peer, text).log

@@ -9,21 +9,21 @@ from cohaptic.protocol.watch_messages import decode_watch_control
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.limits import Budget, Limits
 from cohaptic_server.guard.sources import Sources
-from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.peer import Peer
-from cohaptic_server.room.reception import Entrance
 from cohaptic_server.room.seats.wait_queue import TURN
+from cohaptic_server.room.session_host import SessionHost
+from cohaptic_server.room.session_setup import RoomAdmission
 from tests.server.room.seats.test_waiting import COME, failed, full, leave, wait
-from tests.server.room.test_lobby import join, lobby, news, say, watch
+from tests.server.room.test_session_host import join, news, say, session_host, watch
 
 
-def rename(there: Lobby, peer: Peer, name: str, now: float = 0.2) -> Named:
+def rename(there: SessionHost, peer: Peer, name: str, now: float = 0.2) -> Named:
     """Ask for a name; the answer to it."""
     say(there, peer, encode_control(SetName(name=name)), now)
     return next(event for event in reversed(news(peer)) if isinstance(event, Named))
 
 
-def names(there: Lobby) -> list[str]:
+def names(there: SessionHost) -> list[str]:
     return [member.hello.name for member in there.room.members.values()]
 
 
@@ -66,7 +66,7 @@ def test_a_name_of_another_stays_its_own_and_nobody_is_put_out_for_asking(
 ) -> None:
     there, (ann, bob) = full(small_balloon, users=2)
     wait(there, "waits")
-    there.entrance.removed.add(bob.guest, "banned", "elsewhere", 0.0, 1e9, ban=True)
+    there.room_admission.removed.add(bob.guest, "banned", "elsewhere", 0.0, 1e9, ban=True)
     for name, why in (("user1", "one that is free"), ("waits", "waits by"), ("banned", "banned")):
         answer = rename(there, ann, name)
         assert answer.name == "user0"
@@ -77,7 +77,7 @@ def test_a_name_of_another_stays_its_own_and_nobody_is_put_out_for_asking(
 
 
 def test_who_is_muted_stays_so_by_every_name(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     bad = join(there, "bad")
     there.room.members[1].muted = True
     assert rename(there, bad, "good") == Named(name="good")
@@ -87,8 +87,8 @@ def test_who_is_muted_stays_so_by_every_name(small_balloon: Balloon) -> None:
 
 
 def test_a_flood_of_names_is_counted_as_one_of_joins(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
-    there.entrance = Entrance(Sources(Limits(joins=Budget(1.0, 3.0))))
+    there = session_host(small_balloon)
+    there.room_admission = RoomAdmission(Sources(Limits(joins=Budget(1.0, 3.0))))
     bad, other = join(there, "bad"), join(there, "other")
     for k in range(10):
         say(there, bad, encode_control(SetName(name=f"bad{k}")), 0.1)

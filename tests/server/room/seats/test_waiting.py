@@ -18,27 +18,27 @@ from cohaptic.protocol.messages import (
 )
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.limits import Limits
-from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.outbox import MAX_EVENTS
 from cohaptic_server.room.peer import Peer
 from cohaptic_server.room.seats.names import SEAT_KEPT_FOR
 from cohaptic_server.room.seats.wait_queue import TURN
 from cohaptic_server.room.seats.waiting import REPEAT
+from cohaptic_server.room.session_host import SessionHost
 from cohaptic_server.settings import ServerSettings
 from tests.server.peers import hello
-from tests.server.room.test_lobby import connect, join, lobby, news, say
+from tests.server.room.test_session_host import connect, join, news, say, session_host
 
 COME = encode_control(Come())
 
 
-def full(body: Balloon, users: int = 1, **settings: Any) -> tuple[Lobby, list[Peer]]:
+def full(body: Balloon, users: int = 1, **settings: Any) -> tuple[SessionHost, list[Peer]]:
     """A room whose seats are all taken."""
-    there = lobby(body, max_users=users, **settings)
+    there = session_host(body, max_users=users, **settings)
     return there, [join(there, f"user{i}") for i in range(users)]
 
 
 def wait(
-    there: Lobby, name: str, now: float = 0.0, source: str = "", key: str | None = None
+    there: SessionHost, name: str, now: float = 0.0, source: str = "", key: str | None = None
 ) -> Peer:
     peer = connect(there, now)
     peer.source = source
@@ -48,7 +48,7 @@ def wait(
     return peer
 
 
-def leave(there: Lobby, peer: Peer, now: float) -> None:
+def leave(there: SessionHost, peer: Peer, now: float) -> None:
     say(there, peer, encode_control(Bye()), now)
     there.disconnect(peer, "")
     there.serve(now)
@@ -172,7 +172,7 @@ def test_leaving_gives_the_place_up_and_those_behind_are_told(small_balloon: Bal
     there.disconnect(first, "")
     there.serve(0.2)
     assert news(third)[-1] == Place(place=1, of=1)
-    assert len(there.room.queue) == len(there.reception.waiting) == 1
+    assert len(there.room.queue) == len(there.session_setup.waiting) == 1
 
 
 def test_one_address_cannot_fill_the_queue_and_a_full_one_says_so(small_balloon: Balloon) -> None:
@@ -228,7 +228,7 @@ def test_who_finds_a_seat_by_another_connection_waits_no_more(small_balloon: Bal
     second = wait(there, "ann", 0.2, key="a" * 16)
     assert "it has come back with another" in failed(first)[1]
     assert isinstance(news(second)[0], Welcome)
-    assert len(there.room.queue) == len(there.reception.waiting) == 0
+    assert len(there.room.queue) == len(there.session_setup.waiting) == 0
 
 
 def test_four_addresses_that_miss_their_turns_do_not_hold_the_queue(small_balloon: Balloon) -> None:
@@ -267,7 +267,7 @@ def test_without_a_queue_nobody_is_offered_to_wait(small_balloon: Balloon) -> No
 def test_who_was_banned_while_it_waited_does_not_come_in(small_balloon: Balloon) -> None:
     there, (user,) = full(small_balloon)
     waiting = wait(there, "bad", source="bad")
-    there.entrance.removed.add(waiting.guest, "bad", "bad", 0.1, 1e9, ban=True)
+    there.room_admission.removed.add(waiting.guest, "bad", "bad", 0.1, 1e9, ban=True)
     leave(there, user, 0.2)
     say(there, waiting, COME, 0.3)
     last = news(waiting)[-1]

@@ -82,7 +82,7 @@ def test_who_stops_reading_costs_little_is_called_slow_and_then_dropped(
     async def play() -> tuple[int, int]:
         async with serving(balloon) as served, pressing(served), watching(served.url) as good:
             server = served.server
-            known = set(server.audience.watchers)
+            known = set(server.scene_broadcast.watchers)
             # A window of a few kB, as of one who is far away; then it reads nothing any more.
             narrow = socket.socket()
             narrow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
@@ -90,7 +90,7 @@ def test_who_stops_reading_costs_little_is_called_slow_and_then_dropped(
             narrow.connect((host, int(port)))
             narrow.setblocking(False)
             async with watching(served.url, sock=narrow) as bad:
-                (watcher,) = set(server.audience.watchers) - known
+                (watcher,) = set(server.scene_broadcast.watchers) - known
                 peers = [c for c in server.connections if c.session is watcher]
                 bad.ws.transport.pause_reading()
                 largest = 0

@@ -13,42 +13,47 @@ from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.protocol.watch_messages import Moderate, SetLatency, SetView, Watch, WatchRequest
 from cohaptic_server.access.admission import session_over
-from cohaptic_server.room.company.gathering import Gathering
+from cohaptic_server.room.company.shared_views import SharedViews
 from cohaptic_server.room.latency import Data, latencies, refusal, set_latency
 from cohaptic_server.room.life import State
 from cohaptic_server.room.moderation import end_freeze, moderate
 from cohaptic_server.room.peer import NOTHING, Outcome, Peer
-from cohaptic_server.room.reception import Entrance, Reception, tell_others
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.seats.renaming import rename
 from cohaptic_server.room.session import ServerSession
-from cohaptic_server.room.watch.audience import Audience
+from cohaptic_server.room.session_setup import RoomAdmission, SessionSetup, tell_others
+from cohaptic_server.room.watch.scene_broadcast import SceneBroadcast
 from cohaptic_server.room.watch.watcher import Watcher
 
 MESH_TIMEOUT = 30.0  # s for a watcher to take the resting mesh
 
 
-class Lobby:
+class SessionHost:
     """State machine of all connections to one room.
 
     Args:
         room: Room with the users.
-        audience: Watchers of the room.
-        entrance: Entrance that checks tokens and grants; None if everybody may come in.
+        scene_broadcast: Watchers of the room.
+        room_admission: RoomAdmission that checks tokens and grants; None if everybody may come in.
 
     Attributes:
         peers: Peers in the order in which they connected.
-        reception: Reception that lets the peers into the room.
-        gathering: People in the room: who is there, whose view others follow, and who points.
+        session_setup: SessionSetup that lets the peers into the room.
+        shared_views: People in the room: who is there, whose view others follow, and who points.
     """
 
-    def __init__(self, room: Room, audience: Audience, entrance: Entrance | None = None) -> None:
+    def __init__(
+        self,
+        room: Room,
+        scene_broadcast: SceneBroadcast,
+        room_admission: RoomAdmission | None = None,
+    ) -> None:
         self.room = room
-        self.entrance = Entrance() if entrance is None else entrance
-        self.audience = audience
+        self.room_admission = RoomAdmission() if room_admission is None else room_admission
+        self.scene_broadcast = scene_broadcast
         self.peers: list[Peer] = []
-        self.reception = Reception(room, audience, self.entrance, self.peers)
-        self.gathering = Gathering(room, audience.watchers, self.entrance.sources)
+        self.session_setup = SessionSetup(room, scene_broadcast, self.room_admission, self.peers)
+        self.shared_views = SharedViews(room, scene_broadcast.watchers, self.room_admission.sources)
         self._ticked = 0.0
         self._scene_problem: str | None = None
 
@@ -118,7 +123,7 @@ class Lobby:
         long.
         """
         outcome = Outcome()
-        self.reception.waiting.step(now, outcome)
+        self.session_setup.waiting.step(now, outcome)
         if self.room.frozen:
             end_freeze(self.room, self.peers, now, outcome)
         patches = self.room.patches
@@ -144,8 +149,8 @@ class Lobby:
 
     def update_scene(self) -> None:
         """Make the newest tick the scene for all watchers, and tell them who is in the room."""
-        self.audience.see(self.room.world, self.room.patches, self._ticked)
-        self.gathering.step(self._ticked)
+        self.scene_broadcast.see(self.room.world, self.room.patches, self._ticked)
+        self.shared_views.step(self._ticked)
 
     def show(self, peer: Peer, now: float, *, clear: bool) -> Outcome:
         """Queue the newest scene for a watcher, if the watcher is due to get one.
@@ -159,7 +164,7 @@ class Lobby:
         watcher = peer.session
         assert isinstance(watcher, Watcher)
         was_slow = watcher.slow
-        self.audience.show(watcher, now, clear=clear)
+        self.scene_broadcast.show(watcher, now, clear=clear)
         if watcher.slow and not was_slow:
             words = "one who watches is slow: its scenes are not acknowledged"
             outcome.say("watcher_slow", words, peer.source)
@@ -168,7 +173,7 @@ class Lobby:
     def report_scene(self) -> Outcome:
         """Log why the scene cannot be shown to watchers, unless the last call had that reason."""
         outcome = Outcome()
-        problem = self.audience.problem
+        problem = self.scene_broadcast.problem
         if problem is not None and problem != self._scene_problem:
             sentence = f"the scene cannot be shown: {problem}"
             outcome.say("no_scene", sentence, warning=True)
@@ -214,9 +219,9 @@ class Lobby:
         lost = self._ticked if peer.session.state is State.KEPT else None
         reason = reason or (close[1] if close else "connection lost")
         if isinstance(peer.session, Watcher):
-            self.audience.leave(peer.session)
+            self.scene_broadcast.leave(peer.session)
             outcome.say("watcher_left", f"one who watches left: {reason}", peer.source)
-        elif (name := self.reception.waiting.leave(peer, self._ticked)) is not None:
+        elif (name := self.session_setup.waiting.leave(peer, self._ticked)) is not None:
             sentence = f"{name} waits no more: {reason}"
             outcome.say("waits_no_more", sentence, peer.source, user=name)
         elif peer.user is None:
@@ -253,11 +258,11 @@ class Lobby:
         for event in session.events():
             match event:
                 case Hello():
-                    self.reception.join(peer, session, event, now, to_wall, outcome)
+                    self.session_setup.join(peer, session, event, now, to_wall, outcome)
                 case Come():
-                    self.reception.come(peer, session, now, to_wall, outcome)
+                    self.session_setup.come(peer, session, now, to_wall, outcome)
                 case Watch():
-                    self.reception.watch(peer, event, now, to_wall, outcome)
+                    self.session_setup.watch(peer, event, now, to_wall, outcome)
                 case SetName():
                     self._rename(peer, event, now, outcome)
                 case SetLaw() if peer.user is not None:
@@ -276,13 +281,13 @@ class Lobby:
     ) -> None:
         match request:
             case Moderate():
-                who = (self.room, self.peers, self.entrance.removed, peer)
+                who = (self.room, self.peers, self.room_admission.removed, peer)
                 moderate(*who, request, now, to_wall, outcome)
             case SetLatency():
                 error = refusal(peer, allowed=self.room.settings.allow_latency)
                 try:
                     if error is None:
-                        set_latency(self.peers, self.audience.watchers, request, outcome)
+                        set_latency(self.peers, self.scene_broadcast.watchers, request, outcome)
                 except ProtocolError as wrong:
                     error = wrong
                 if error is not None:
@@ -290,12 +295,12 @@ class Lobby:
             case SetView():
                 pass  # the session has handled this message
             case _:
-                self.gathering.hear(session, request, peer.source, now)
+                self.shared_views.hear(session, request, peer.source, now)
 
     def _rename(self, peer: Peer, wish: SetName, now: float, outcome: Outcome) -> None:
-        room, waiting = self.room, self.reception.waiting
+        room, waiting = self.room, self.session_setup.waiting
         try:
-            rename(room, waiting, self.entrance, self.peers, peer, wish, now, outcome)
+            rename(room, waiting, self.room_admission, self.peers, peer, wish, now, outcome)
         except ProtocolError as error:
             peer.session.fail(error)
 

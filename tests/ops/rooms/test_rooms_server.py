@@ -17,10 +17,10 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
 from cohaptic.control.law import Law
 from cohaptic.errors import CloseCode
-from cohaptic_ops.rooms import keeper as keeping
+from cohaptic_ops.rooms import room_supervisor as keeping
 from cohaptic_ops.rooms.config import RoomsConfig, RoomTable
 from cohaptic_ops.rooms.process.room_process import Build
-from cohaptic_ops.rooms.supervisor import Supervisor
+from cohaptic_ops.rooms.rooms_server import RoomsServer
 from tests.ops.monitoring.asking import ask, status_once
 from tests.ops.rooms.bodies import slow, small, torn
 from tests.patience import PATIENCE
@@ -39,21 +39,21 @@ PRESSING = (0.09, 0.0, 0.0)
 class Served:
     """A server with rooms that are open or broken."""
 
-    supervisor: Supervisor
+    rooms_server: RoomsServer
     url: str
 
     def at(self, room: str) -> str:
         return f"{self.url}/r/{room}"
 
     def pid(self, room: str) -> int:
-        process = self.supervisor.keepers[room].process
+        process = self.rooms_server.supervisors[room].process
         assert process is not None
         assert process.pid is not None
         return process.pid
 
     def is_new(self, room: str, pid: int) -> bool:
         """Whether a room has another process than that one, and it has started."""
-        process = self.supervisor.keepers[room].process
+        process = self.rooms_server.supervisors[room].process
         return process is not None and process.pid not in (None, pid)
 
     def signal(self, room: str, number: signal.Signals) -> None:
@@ -78,13 +78,13 @@ async def served(
     # Nobody of a test has the patience that a file has to ask for.
     table = {name: room.model_copy(update=soon) for name, room in table.items()} if soon else table
     config = config.model_copy(update={"rooms": table})
-    supervisor = Supervisor(config, rooms)
+    rooms_server = RoomsServer(config, rooms)
     try:
         async with asyncio.timeout(PATIENCE):
-            url = await supervisor.start()
-        yield Served(supervisor, url)
+            url = await rooms_server.start()
+        yield Served(rooms_server, url)
     finally:
-        await supervisor.drain()
+        await rooms_server.drain()
 
 
 @dataclass
@@ -136,10 +136,10 @@ async def visitors(house: Served, *rooms: str) -> AsyncGenerator[list[Visitor]]:
 
 async def ticks_and_missed(house: Served, room: str, stretch: float) -> tuple[int, int]:
     """Of a stretch of time [s], as the room reports them."""
-    keeper = house.supervisor.keepers[room]
-    before = keeper.report
+    supervisor = house.rooms_server.supervisors[room]
+    before = supervisor.report
     await asyncio.sleep(stretch)
-    after = keeper.report
+    after = supervisor.report
     assert before is not None
     assert after is not None
     return after.ticks - before.ticks, after.missed - before.missed
@@ -179,16 +179,16 @@ def test_a_room_that_is_killed_comes_back_with_its_users_and_no_other_notices() 
     async def main() -> None:
         rooms = {"killed": small, "other": small}
         async with served(rooms) as house, visitors(house, "killed", "other") as (one, other):
-            keeper, pid = house.supervisor.keepers["killed"], house.pid("killed")
+            supervisor, pid = house.rooms_server.supervisors["killed"], house.pid("killed")
             before = len(one.ticks)
             house.signal("killed", signal.SIGKILL)
             await house.until(lambda: len(one.closed) > 0 and len(one.ticks) > before + 30)
             assert one.closed[0] == (1006, "")
             assert other.closed == []
             assert house.pid("killed") != pid
-            assert keeper.restarts.count == 1
+            assert supervisor.restarts.count == 1
             # Whoever had a connection is counted out, and the one who came back is counted in.
-            sources = house.supervisor.gate.sources
+            sources = house.rooms_server.limiter.sources
             await house.until(lambda: sources.open == 2)
 
     asyncio.run(main())
@@ -209,8 +209,8 @@ def test_what_is_full_broken_or_not_there_is_said_and_costs_the_others_nothing()
         rooms = {"main": small, "torn": torn}
         tables = {"main": {"max_users": 1, "laws": (Law.PREDICTIVE,)}}
         async with served(rooms, tables) as house, visitors(house, "main"):
-            keepers = house.supervisor.keepers
-            assert (keepers["torn"].state, keepers["torn"].problem) == (
+            supervisors = house.rooms_server.supervisors
+            assert (supervisors["torn"].state, supervisors["torn"].problem) == (
                 "broken",
                 "the mesh is torn",
             )
@@ -222,7 +222,7 @@ def test_what_is_full_broken_or_not_there_is_said_and_costs_the_others_nothing()
                 code_got, reason = await refused(house.at(room))
                 assert code_got == code.value
                 assert reason.startswith(words)
-            await house.until(lambda: house.supervisor.states()[0].state == "full")
+            await house.until(lambda: house.rooms_server.states()[0].state == "full")
 
     asyncio.run(main())
 
@@ -237,7 +237,7 @@ async def refused(url: str) -> tuple[int, str]:
 def test_rooms_share_the_seats_of_the_server_and_one_that_empties_gives_them_back() -> None:
     async def main() -> None:
         async with served({"a": small, "b": small}, max_users=2) as house:
-            users = house.supervisor.users
+            users = house.rooms_server.users
             await house.until(lambda: users["a"].held == users["b"].held == 1)
             async with visitors(house, "a"):
                 code, reason = await refused(house.at("a"))
@@ -258,25 +258,25 @@ def test_a_room_on_demand_has_a_process_while_somebody_is_there() -> None:
     async def main() -> None:
         rooms, tables = {"rare": small, "main": small}, {"rare": ON_DEMAND, "main": ON_DEMAND}
         async with served(rooms, tables, {"end_after": 0.5}, lease=2.0, max_users=1) as house:
-            keepers = house.supervisor.keepers
-            assert [one.state for one in house.supervisor.states()] == ["idle", "idle"]
-            assert keepers["rare"].process is None
+            supervisors = house.rooms_server.supervisors
+            assert [one.state for one in house.rooms_server.states()] == ["idle", "idle"]
+            assert supervisors["rare"].process is None
             pids = list[int]()
             for _ in range(2):
                 # The only seat of the server is that of the room that somebody is in.
                 async with visitors(house, "rare"):
                     pids.append(house.pid("rare"))
-                    assert keepers["main"].process is None
+                    assert supervisors["main"].process is None
                     # Longer than it would be empty for.
                     await asyncio.sleep(1.2)
                     assert house.pid("rare") == pids[-1]
-                await house.until(lambda: keepers["rare"].state == "idle")
-                await house.until(lambda: not keepers["rare"].runs)
+                await house.until(lambda: supervisors["rare"].state == "idle")
+                await house.until(lambda: not supervisors["rare"].runs)
                 with pytest.raises(ProcessLookupError):
                     os.kill(pids[-1], 0)
             assert pids[0] != pids[1]
-            assert keepers["rare"].restarts.count == 0
-            assert house.supervisor.gate.sources.open == 0
+            assert supervisors["rare"].restarts.count == 0
+            assert house.rooms_server.limiter.sources.open == 0
 
     asyncio.run(main())
 
@@ -286,21 +286,21 @@ def test_whoever_comes_while_a_room_ends_is_in_the_next_one() -> None:
         # It ends at each look that finds nobody, a quarter of a second apart.
         async with served({"main": small}, {"main": ON_DEMAND}, {"end_after": 0.0}, lease=2.0) as h:
             ends = set[int]()
-            keeper = h.supervisor.keepers["main"]
+            supervisor = h.rooms_server.supervisors["main"]
             for step in range(12):
                 async with visit(h.at("main"), patience=PATIENCE) as client:
                     await client.join(next(names))
                     ends.add(h.pid("main"))
                 if step % 2:
                     # In the very moment in which it is told to end.
-                    await h.until(lambda: keeper.state == "idle")
+                    await h.until(lambda: supervisor.state == "idle")
             assert len(ends) > 3
 
     asyncio.run(main())
 
 
-def has_ended(keeper: keeping.Keeper, times: int) -> bool:
-    return keeper.restarts.count == times
+def has_ended(supervisor: keeping.RoomSupervisor, times: int) -> bool:
+    return supervisor.restarts.count == times
 
 
 def test_a_server_that_stops_tells_everybody_and_leaves_no_process() -> None:
@@ -308,7 +308,7 @@ def test_a_server_that_stops_tells_everybody_and_leaves_no_process() -> None:
         async with served({"a": small, "b": small}) as house:
             pids = [house.pid(room) for room in ("a", "b")]
             async with visitors(house, "a", "b") as there:
-                await house.supervisor.drain()
+                await house.rooms_server.drain()
                 await house.until(lambda: all(visitor.closed for visitor in there))
                 for visitor in there:
                     assert visitor.closed[0][0] == CloseCode.SERVER_STOPS.value
@@ -325,7 +325,7 @@ def test_the_admin_port_tells_of_every_room_of_one_that_is_stopped_and_of_the_en
         async with served(
             {"main": small, "other": small, "torn": torn}, admin={"port": 0}, lease=60.0
         ) as house:
-            admin = house.supervisor.admin
+            admin = house.rooms_server.admin
             assert admin is not None
             ready = await status_once(admin.url, lambda reported: bool(reported["ready"]))
             states = {room["name"]: room["state"] for room in ready["rooms"]}
@@ -342,7 +342,7 @@ def test_the_admin_port_tells_of_every_room_of_one_that_is_stopped_and_of_the_en
             assert code == 200
             assert b'cohaptic_room_ticking{room="main"} 1.0' in text
             assert b'cohaptic_ticks_total{room="other"}' in text
-            house.supervisor.draining = True
+            house.rooms_server.draining = True
             await status_once(
                 admin.url, lambda reported: reported["reasons"] == ["the server is draining"]
             )

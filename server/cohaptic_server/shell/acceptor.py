@@ -1,11 +1,12 @@
 """A listening socket that passes a connection on only after the client has sent a request.
 
 asyncio makes a transport, a protocol, a task and timers for each connection, which take 0.3 ms and
-14 kB. A connection that is still silent needs none of them: here it waits on the porch, as a plain
+14 kB. A connection that is still silent needs none of them: here it waits on the backlog, as a
+plain
 socket in one epoll set. A connection beyond a rate limit is refused. The reason is sent as an HTTP
 response, since every client speaks HTTP first.
 
-Epoll reports the connections that have sent bytes, and takes no time for the others. The porch
+Epoll reports the connections that have sent bytes, and takes no time for the others. The backlog
 peeks at the bytes and leaves them to the handler that serves the connection. Since the bytes stay
 in the socket, epoll is edge-triggered: it reports only new bytes.
 
@@ -28,7 +29,7 @@ from typing import Any
 
 from cohaptic.protocol.websocket_frames import END_OF_HEAD
 from cohaptic_server.guard.sources import Refusal
-from cohaptic_server.shell.gate import Gate, Taken, Turns
+from cohaptic_server.shell.limiter import ConnectionLimiter, Taken, Turns
 from cohaptic_server.shell.refusal import turn_away
 from cohaptic_server.shell.wire import HEAD_TIMEOUT
 
@@ -55,7 +56,7 @@ def has_asked(seen: bytes, *, tls: bool) -> bool:
 
 
 CAN_HOLD = sys.platform == "linux"
-# Number of times that the porch looks at a connection. A head comes in one piece or two; a client
+# Number of times that the backlog looks at a connection. A head comes in one piece or two; a client
 # that sends it byte by byte is passed on, and spends the budgets of a served connection.
 _MAX_LOOKS = 64
 
@@ -67,7 +68,7 @@ class Silent:
     Args:
         source: Address or group of addresses against whose rate limits the connection counts.
         deadline: Time by which the client has to send its request [s].
-        looks: Number of times that the porch has looked at new bytes.
+        looks: Number of times that the backlog has looked at new bytes.
     """
 
     connection: socket.socket
@@ -76,24 +77,24 @@ class Silent:
     looks: int = 0
 
 
-class Porch:
-    """The silent connections of one door, on a system with epoll.
+class Backlog:
+    """The silent connections of one acceptor, on a system with epoll.
 
     Args:
-        door: File descriptor of the listening socket, which is watched too.
+        acceptor: File descriptor of the listening socket, which is watched too.
         tls: Whether connections begin with a TLS handshake.
     """
 
-    def __init__(self, door: int, *, tls: bool) -> None:
+    def __init__(self, acceptor: int, *, tls: bool) -> None:
         assert sys.platform == "linux"
-        self._door, self._tls = door, tls
+        self._acceptor, self._tls = acceptor, tls
         # The first connection has the next deadline: all have the same time-out, and the clock is
         # monotonic.
         self._held: OrderedDict[int, Silent] = OrderedDict()
         self._events = select.EPOLLIN | select.EPOLLRDHUP | select.EPOLLET
         self._ends = select.EPOLLRDHUP | select.EPOLLHUP | select.EPOLLERR
         self._set, self._shown = select.epoll(), select.epoll()
-        self._set.register(door, select.EPOLLIN)
+        self._set.register(acceptor, select.EPOLLIN)
         self._shown.register(self._set.fileno(), select.EPOLLIN)
 
     def __len__(self) -> int:
@@ -117,7 +118,7 @@ class Porch:
             connection: Non-blocking socket.
             source: Address or group of addresses against whose rate limits the connection counts.
             deadline: Time by which the request has to come [s]; not earlier than the deadline of
-                any connection that is on the porch already.
+                any connection that is on the backlog already.
 
         Raises:
             OSError: The system has no memory for another watched connection.
@@ -127,7 +128,7 @@ class Porch:
         self._held[file] = Silent(connection, source, deadline)
 
     def ready(self) -> tuple[int, bool] | None:
-        """Find one socket to handle: the door, or a connection that has sent bytes or has ended.
+        """Find one socket to handle: the acceptor, or a connection that has sent bytes or ended.
 
         Returns:
             File descriptor, and whether the client will send nothing more; None if there is none.
@@ -136,7 +137,7 @@ class Porch:
         return (found[0][0], bool(found[0][1] & self._ends)) if found else None
 
     def look(self, file: int, *, ends: bool) -> tuple[Silent | None, bool]:
-        """Look at a connection's bytes; remove it from the porch if it can be served or has ended.
+        """Look at a connection's bytes; remove it from the backlog if it can be served or ended.
 
         Args:
             file: File descriptor from `ready`.
@@ -144,7 +145,7 @@ class Porch:
 
         Returns:
             The removed connection, and whether it is to be served; None for the connection if it
-            stays on the porch.
+            stays on the backlog.
         """
         one = self._held.get(file)
         if one is None:
@@ -163,11 +164,11 @@ class Porch:
         return one, asked or (bool(seen) and not ends)
 
     def next_deadline(self) -> float | None:
-        """Return the earliest deadline of a connection on the porch [s]; None if there is none."""
+        """Return the earliest deadline of a connection in the backlog [s], or None."""
         return next(iter(self._held.values())).deadline if self._held else None
 
     def overdue(self, now: float, limit: int) -> list[Silent]:
-        """Remove from the porch, and return, at most `limit` connections whose deadline is past."""
+        """Remove from the backlog, and return, at most `limit` connections that are overdue."""
         found: list[Silent] = []
         for one in self._held.values():
             if one.deadline > now or len(found) == limit:
@@ -178,7 +179,7 @@ class Porch:
         return found
 
     def close(self) -> list[Silent]:
-        """Stop watching; return the connections that were on the porch."""
+        """Stop watching; return the connections that were on the backlog."""
         held = list(self._held.values())
         self._held.clear()
         self._shown.close()
@@ -198,7 +199,7 @@ _OUT_OF_FILES = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 _WORK_AT_ONCE = 32
 _WINDOW = 4e-3  # s
 _TAKING = 8
-_LET_IN_AT_ONCE = 8  # connections accepted before the door looks for connections with a request
+_LET_IN_AT_ONCE = 8  # connections accepted before the acceptor looks for connections with a request
 _ENDED_AT_ONCE = 64  # silent connections closed at a time; 0.7 ms
 # Bytes of a connection that the kernel buffers in each direction; Linux doubles the number for its
 # own records. A download over a round trip of 250 ms then still reaches 0.25 to 0.5 MB/s; without a
@@ -207,30 +208,31 @@ KERNEL_BUFFER = 64 * 1024
 _NO_MEMORY = Refusal("this machine has no more memory for connections", 5.0)
 
 
-class Door(socket.socket):
+class Acceptor(socket.socket):
     """Listening socket for one address of a server.
 
-    The event loop watches `fileno`, the epoll set of the porch: it contains the silent connections
+    The event loop watches `fileno`, the epoll set of the backlog: it contains the silent
+    connections
     and the listening socket. On systems without epoll, `accept` passes every connection on at once.
 
     Args:
-        gate: Gate that admits connections by their rate limits.
-        loop: Event loop that serves the connections and calls the timers of the door.
+        limiter: ConnectionLimiter that admits connections by their rate limits.
+        loop: Event loop that serves the connections and calls the timers of the acceptor.
         tls: Whether connections begin with a TLS handshake.
     """
 
     def __init__(
         self,
         family: int,
-        gate: Gate,
+        limiter: ConnectionLimiter,
         loop: asyncio.AbstractEventLoop,
         *,
         tls: bool = False,
     ) -> None:
         super().__init__(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         self._own = super().fileno()
-        self._porch = Porch(self._own, tls=tls) if CAN_HOLD else None
-        self._gate, self._loop = gate, loop
+        self._backlog = Backlog(self._own, tls=tls) if CAN_HOLD else None
+        self._limiter, self._loop = limiter, loop
         self._turns = Turns(loop.call_soon) if tls else None
         self._work = 0  # units of work done within this window
         self._in_window = False
@@ -244,58 +246,58 @@ class Door(socket.socket):
         cls,
         address: Any,
         family: int,
-        gate: Gate,
+        limiter: ConnectionLimiter,
         loop: asyncio.AbstractEventLoop,
         *,
         tls: bool = False,
-    ) -> Door:
+    ) -> Acceptor:
         """Open a listening socket on an address; raises OSError."""
-        door = cls(family, gate, loop, tls=tls)
+        acceptor = cls(family, limiter, loop, tls=tls)
         try:
             if os.name == "posix":
-                door.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                acceptor.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             if family == socket.AF_INET6:
-                door.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+                acceptor.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
             # Accepted connections inherit both sizes.
-            door.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, KERNEL_BUFFER)
-            door.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, KERNEL_BUFFER)
-            door.setblocking(False)
-            door.bind(address)
-            door.listen(128)
+            acceptor.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, KERNEL_BUFFER)
+            acceptor.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, KERNEL_BUFFER)
+            acceptor.setblocking(False)
+            acceptor.bind(address)
+            acceptor.listen(128)
         except OSError:
-            door.close()
+            acceptor.close()
             raise
-        return door
+        return acceptor
 
     @property
     def silent(self) -> int:
         """Number of connections that have not sent a request yet."""
-        return 0 if self._porch is None else len(self._porch)
+        return 0 if self._backlog is None else len(self._backlog)
 
     def fileno(self) -> int:
         """Return the file descriptor that the event loop has to watch."""
-        return super().fileno() if self._porch is None else self._porch.fileno()
+        return super().fileno() if self._backlog is None else self._backlog.fileno()
 
     def accept(self) -> tuple[socket.socket, Any]:
         """Return the next connection that has sent a request; BlockingIOError if there is none."""
         if not self._in_window:
             self._in_window = True
-            if self._porch is None:  # a pause would spin: the socket stays readable meanwhile
+            if self._backlog is None:  # a pause would spin: the socket stays readable meanwhile
                 self._loop.call_soon(self._go_on)
             else:
                 self._loop.call_later(_WINDOW, self._go_on)
         while self._work < _WORK_AT_ONCE:
-            if self._porch is None:
+            if self._backlog is None:
                 return self._taken(*self._let_in())
-            ready = self._porch.ready()
+            ready = self._backlog.ready()
             if ready is None:
                 break
             file, ends = ready
             if file == self._own:
-                self._let_several_in(self._porch)
+                self._let_several_in(self._backlog)
                 continue
             self._work += 1
-            one, asked = self._porch.look(file, ends=ends)
+            one, asked = self._backlog.look(file, ends=ends)
             if one is None:
                 continue
             if not asked:
@@ -307,8 +309,8 @@ class Door(socket.socket):
                 self._end(one)
                 continue
             return self._taken(one.connection, one.source, peer)
-        if self._porch is not None and self._work >= _WORK_AT_ONCE:
-            self._porch.show(readable=False)
+        if self._backlog is not None and self._work >= _WORK_AT_ONCE:
+            self._backlog.show(readable=False)
         raise BlockingIOError
 
     def close(self) -> None:
@@ -316,9 +318,9 @@ class Door(socket.socket):
         spare, self._spare = getattr(self, "_spare", None), None
         if spare is not None:
             os.close(spare)
-        porch, self._porch = getattr(self, "_porch", None), None
-        if porch is not None:
-            for one in porch.close():
+        backlog, self._backlog = getattr(self, "_porch", None), None
+        if backlog is not None:
+            for one in backlog.close():
                 self._end(one)
         timer: asyncio.TimerHandle | None = getattr(self, "_timer", None)
         if timer is not None:
@@ -326,12 +328,12 @@ class Door(socket.socket):
         super().close()
 
     def _go_on(self) -> None:
-        if self._porch is not None and self._work >= _WORK_AT_ONCE:
-            self._porch.show(readable=True)
+        if self._backlog is not None and self._work >= _WORK_AT_ONCE:
+            self._backlog.show(readable=True)
         self._in_window, self._work = False, 0
 
     def _let_in(self) -> tuple[socket.socket, str, Any]:
-        """Accept the next connection that the gate admits, and let the gate count it.
+        """Accept the next connection that the limiter admits, and let the limiter count it.
 
         Raises:
             BlockingIOError: No connection waits, or the work of this window is used up.
@@ -346,17 +348,17 @@ class Door(socket.socket):
                     raise
                 self._turn_away_without_files(error)
                 continue
-            source = self._gate.source_of_peer(peer)
-            refusal = self._gate.admit(source)
+            source = self._limiter.source_of_peer(peer)
+            refusal = self._limiter.admit(source)
             if refusal is None:
                 return connection, source, peer
             turn_away(connection, refusal)
             sentence = f"a connection from {source} was refused: {refusal.why}"
-            self._gate.tell(source, "refused", sentence)
+            self._limiter.tell(source, "refused", sentence)
         raise BlockingIOError
 
-    def _let_several_in(self, porch: Porch) -> None:
-        deadline = self._gate.clock.now() + HEAD_TIMEOUT
+    def _let_several_in(self, backlog: Backlog) -> None:
+        deadline = self._limiter.clock.now() + HEAD_TIMEOUT
         for _ in range(_LET_IN_AT_ONCE):
             try:
                 connection, source, _ = self._let_in()
@@ -364,42 +366,42 @@ class Door(socket.socket):
                 break
             connection.setblocking(False)
             try:
-                porch.hold(connection, source, deadline)
+                backlog.hold(connection, source, deadline)
             except OSError as error:
                 turn_away(connection, _NO_MEMORY, 503)
-                self._gate.sources.leave(source)
-                self._gate.tell("no files", "no_files", f"{error}", warning=True)
-        if self._timer is None and len(porch):
+                self._limiter.sources.leave(source)
+                self._limiter.tell("no files", "no_files", f"{error}", warning=True)
+        if self._timer is None and len(backlog):
             self._timer = self._loop.call_later(HEAD_TIMEOUT, self._end_overdue)
 
     def _taken(self, connection: socket.socket, source: str, peer: Any) -> tuple[Taken, Any]:
-        """Wrap an admitted connection for asyncio; the gate counts it until its socket closes."""
+        """Wrap an admitted connection for asyncio; it counts until its socket closes."""
         self._work += _TAKING
         taken = Taken(self.family, self.type, self.proto, fileno=connection.detach())
         taken.turns = self._turns
-        self._gate.keep(taken, source)
+        self._limiter.keep(taken, source)
         return taken, peer
 
     def _end_overdue(self) -> None:
         """Close at most `_ENDED_AT_ONCE` connections that have not sent a request in time."""
         self._timer = None
-        if self._porch is None:
+        if self._backlog is None:
             return
-        gate = self._gate
-        now = gate.clock.now()
-        for one in self._porch.overdue(now, _ENDED_AT_ONCE):
-            gate.traffic.refused["no request"] += 1
-            gate.tell(
+        limiter = self._limiter
+        now = limiter.clock.now()
+        for one in self._backlog.overdue(now, _ENDED_AT_ONCE):
+            limiter.traffic.refused["no request"] += 1
+            limiter.tell(
                 one.source, "no_request", f"{one.source} sent no request in {HEAD_TIMEOUT:g} s"
             )
             self._end(one)
-        due = self._porch.next_deadline()
+        due = self._backlog.next_deadline()
         if due is not None:
             self._timer = self._loop.call_later(max(0.0, due - now), self._end_overdue)
 
     def _end(self, one: Silent) -> None:
         one.connection.close()
-        self._gate.sources.leave(one.source)
+        self._limiter.sources.leave(one.source)
 
     def _keep_spare(self) -> None:
         if self._spare is None:
@@ -414,4 +416,4 @@ class Door(socket.socket):
                 connection, _ = super().accept()
                 turn_away(connection, Refusal("this machine has no more open files", 5.0), 503)
         sentence = f"connections are refused: {error.strerror}"
-        self._gate.tell("no files", "no_files", sentence, warning=True)
+        self._limiter.tell("no files", "no_files", sentence, warning=True)

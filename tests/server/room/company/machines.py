@@ -13,7 +13,7 @@ from cohaptic_server.room.peer import Peer
 from tests.server.room.company.rooms import AIM, Played, key_of
 
 
-class Gatherings(RuleBasedStateMachine):
+class SharedViewsMachine(RuleBasedStateMachine):
     """Anything that pages and hands may say, in any order."""
 
     body = Balloon(BalloonSettings(subdivisions=2))
@@ -66,11 +66,11 @@ class Gatherings(RuleBasedStateMachine):
 
     @invariant()
     def only_the_open_are_followed_and_nobody_in_a_chain(self) -> None:
-        gathering = self.room.lobby.gathering
-        by_user = {one.user: one for one in gathering.visitors.values() if one.user}
-        with_hands = [one for one in gathering.visitors.values() if one.user]
+        shared_views = self.room.session_host.shared_views
+        by_user = {one.user: one for one in shared_views.visitors.values() if one.user}
+        with_hands = [one for one in shared_views.visitors.values() if one.user]
         assert len(by_user) == len(with_hands)
-        for one in gathering.visitors.values():
+        for one in shared_views.visitors.values():
             # Between two looks somebody may have left, and is not followed by anything then.
             host = by_user.get(one.following)
             if host is not None:

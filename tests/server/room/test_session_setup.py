@@ -1,4 +1,4 @@
-"""Tokens at the entrance of a room: who touches, who watches, who comes back."""
+"""Tokens at the room admission of a room: who touches, who watches, who comes back."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ from cohaptic_server.access.keys import Grants, KeyRing
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.limits import Budget, Limits
 from cohaptic_server.guard.sources import Sources
-from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.peer import Peer
-from cohaptic_server.room.reception import MAX_PAGES, Entrance
 from cohaptic_server.room.room import Room
-from cohaptic_server.room.watch.audience import Audience
+from cohaptic_server.room.session_host import SessionHost
+from cohaptic_server.room.session_setup import MAX_PAGES, RoomAdmission
+from cohaptic_server.room.watch.scene_broadcast import SceneBroadcast
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.world.state import Touch
 from tests.server.access.some import ALL, NOW, OTHER, RING, admission, token
 from tests.server.peers import sample
 
 
-def lobby(body: Balloon, door: Admission | None = None, **settings: Any) -> Lobby:
+def session_host(body: Balloon, acceptor: Admission | None = None, **settings: Any) -> SessionHost:
     room = Room(body, ServerSettings(**settings))
     limits = Limits(joins=Budget(1.0, 5.0))
-    entrance = Entrance(Sources(limits), admission() if door is None else door)
-    return Lobby(room, Audience(room, model=None), entrance)
+    room_admission = RoomAdmission(Sources(limits), admission() if acceptor is None else acceptor)
+    return SessionHost(room, SceneBroadcast(room, model=None), room_admission)
 
 
 def say(
-    there: Lobby,
+    there: SessionHost,
     said: Hello | Come | Watch | SetLatency,
     peer: Peer | None = None,
     source: str = "",
@@ -92,7 +92,7 @@ def refused(peer: Peer, code: CloseCode) -> str:
 
 
 def test_who_has_an_invitation_touches_and_gets_a_session(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     peer = say(there, hello(token=token()))
     session = welcome(peer).session
     assert session is not None
@@ -104,14 +104,14 @@ def test_who_has_an_invitation_touches_and_gets_a_session(small_balloon: Balloon
 def test_who_has_none_gets_nothing_and_hears_what_to_do(
     small_balloon: Balloon, first: Hello | Watch
 ) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     assert ": " in refused(say(there, first), CloseCode.UNAUTHENTICATED)
     assert not there.room.members
-    assert not there.audience.watchers
+    assert not there.scene_broadcast.watchers
 
 
 def test_who_may_not_touch_may_watch(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     only = token(Grants(room="main", room_join=True, can_view=True))
     assert "you may watch" in refused(say(there, hello(token=only)), CloseCode.FORBIDDEN)
     peer = say(there, watch(token=only))
@@ -122,14 +122,14 @@ def test_who_may_not_touch_may_watch(small_balloon: Balloon) -> None:
 
 
 def test_who_may_touch_alone_does_not_watch(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     only = token(Grants(room="main", room_join=True, can_touch=True))
     assert "canView" in refused(say(there, watch(token=only)), CloseCode.FORBIDDEN)
     welcome(say(there, hello(token=only)))
 
 
 def test_of_a_users_force_the_body_gets_what_the_token_grants(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     for name, limit, device, expected in [
         ("soft", 2.0, 10.0, 2.0),
         ("weak", 5.0, 1.0, 1.0),
@@ -155,7 +155,7 @@ def test_of_a_users_force_the_body_gets_what_the_token_grants(small_balloon: Bal
 def test_latency_takes_the_owners_option_and_the_grant(
     small_balloon: Balloon, granted: bool, allowed: bool
 ) -> None:
-    there = lobby(small_balloon, allow_latency=allowed)
+    there = session_host(small_balloon, allow_latency=allowed)
     some = token(ALL.model_copy(update={"can_inject_latency": granted}))
     peer = say(there, watch(token=some))
     assert watching(peer).allow_latency == (granted and allowed)
@@ -171,7 +171,7 @@ def test_latency_takes_the_owners_option_and_the_grant(
 def test_a_session_gets_its_name_again_at_once_and_nobody_else_does(
     small_balloon: Balloon,
 ) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     first = say(there, hello(token=token()), source="a")
     session = welcome(first).session
     # The same invitation, the same address, and no secret: another session.
@@ -186,7 +186,7 @@ def test_a_session_gets_its_name_again_at_once_and_nobody_else_does(
 def test_watch_and_touch_of_a_page_are_one_session_with_a_token_for_one_time(
     small_balloon: Balloon,
 ) -> None:
-    there = lobby(small_balloon, admission(single_use=True))
+    there = session_host(small_balloon, admission(single_use=True))
     watcher = say(there, watch(token=token()))
     session = watching(watcher).session
     toucher = say(there, hello(token=session))
@@ -195,7 +195,7 @@ def test_watch_and_touch_of_a_page_are_one_session_with_a_token_for_one_time(
 
 
 def test_a_full_room_uses_up_no_token_for_one_time(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon, admission(single_use=True), max_users=1)
+    there = session_host(small_balloon, admission(single_use=True), max_users=1)
     user = say(there, hello("first", token=token(jti="first")))
     refused(say(there, hello(token=token())), CloseCode.ROOM_FULL)
     refused(say(there, hello("first", token=token())), CloseCode.NAME_TAKEN)
@@ -206,7 +206,7 @@ def test_a_full_room_uses_up_no_token_for_one_time(small_balloon: Balloon) -> No
 def test_who_drops_out_of_the_queue_comes_back_with_a_token_for_one_time(
     small_balloon: Balloon,
 ) -> None:
-    there = lobby(small_balloon, admission(single_use=True), max_users=1)
+    there = session_host(small_balloon, admission(single_use=True), max_users=1)
     user = say(there, hello("first", token=token(jti="first")))
     waiting = say(there, hello(token=token(), wait=True))
     there.serve(0.0)
@@ -232,16 +232,16 @@ def test_who_drops_out_of_the_queue_comes_back_with_a_token_for_one_time(
 def test_a_key_that_was_taken_out_lets_nobody_in_and_puts_nobody_out(
     small_balloon: Balloon,
 ) -> None:
-    door = admission(RING)
-    there = lobby(small_balloon, door)
+    acceptor = admission(RING)
+    there = session_host(small_balloon, acceptor)
     inside = say(there, hello(token=token()))
-    door.ring = KeyRing((OTHER,))
+    acceptor.ring = KeyRing((OTHER,))
     refused(say(there, hello("right", token=token())), CloseCode.UNAUTHENTICATED)
     assert inside.session.close is None
 
 
 def test_a_flood_of_wrong_tokens_spends_the_joins_of_its_address(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     codes = [say(there, hello(token="eyJ" + "x" * 2000), source="a") for _ in range(7)]
     closes = [peer.session.close[0] for peer in codes if peer.session.close]
     assert closes == [CloseCode.UNAUTHENTICATED.value] * 5 + [CloseCode.TOO_MANY.value] * 2
@@ -249,7 +249,7 @@ def test_a_flood_of_wrong_tokens_spends_the_joins_of_its_address(small_balloon: 
 
 
 def test_no_log_and_no_error_tells_a_token(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     whole = token()
     for text in [
         encode_control(hello(token=whole)).replace("left", "left\\n"),
@@ -275,7 +275,7 @@ def test_no_log_and_no_error_tells_a_token(small_balloon: Balloon) -> None:
 def test_a_session_has_one_seat_by_whatever_names_its_token_is_used(
     small_balloon: Balloon,
 ) -> None:
-    there = lobby(small_balloon, admission(single_use=True), max_users=2)
+    there = session_host(small_balloon, admission(single_use=True), max_users=2)
     first = say(there, hello("first", token=token()))
     session = welcome(first).session
     newest = first
@@ -297,7 +297,7 @@ def test_a_session_has_one_seat_by_whatever_names_its_token_is_used(
 
 
 def test_the_others_hear_that_a_session_goes_by_another_name(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     other = say(there, hello("other", token=token(jti="other")))
     ann = say(there, hello("ann", token=token()))
     other.session.take(clear=True)
@@ -312,7 +312,7 @@ def test_the_others_hear_that_a_session_goes_by_another_name(small_balloon: Ball
 
 
 def test_a_session_has_one_place_in_the_queue_by_whatever_names(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon, max_users=1)
+    there = session_host(small_balloon, max_users=1)
     user = say(there, hello("user", token=token(jti="user")))
     newest = say(there, hello("first", token=token(), wait=True))
     there.serve(0.0)
@@ -321,7 +321,7 @@ def test_a_session_has_one_place_in_the_queue_by_whatever_names(small_balloon: B
         before = newest
         newest = say(there, hello(f"name{k}", token=session, wait=True), source=str(k))
         assert before.session.close is not None
-        assert len(there.room.queue) == len(there.reception.waiting) == 1
+        assert len(there.room.queue) == len(there.session_setup.waiting) == 1
     # Who finds a seat by another name waits no more.
     there.disconnect(user, "bye")
     seated = say(there, hello("seated", token=session), source="seat")
@@ -335,14 +335,14 @@ def test_a_session_has_one_place_in_the_queue_by_whatever_names(small_balloon: B
 def test_the_pages_of_a_session_that_watch_are_few_and_cost_no_other_a_place(
     small_balloon: Balloon,
 ) -> None:
-    there = lobby(small_balloon, admission(single_use=True))
+    there = session_host(small_balloon, admission(single_use=True))
     pages = [say(there, watch(token=token()))]
     session = watching(pages[0]).session
     for k in range(1, MAX_PAGES):
         pages.append(say(there, watch(token=session), source=str(k)))
     words = refused(say(there, watch(token=session), source="more"), CloseCode.ROOM_FULL)
     assert f"is {MAX_PAGES + 1}; expected at most {MAX_PAGES}" in words
-    assert len(there.audience.watchers) == MAX_PAGES
+    assert len(there.scene_broadcast.watchers) == MAX_PAGES
     welcome(say(there, hello(token=session), source="hand"))
     watching(say(there, watch(token=token(jti="second")), source="second"))
     there.disconnect(pages[0], "")
@@ -352,7 +352,7 @@ def test_the_pages_of_a_session_that_watch_are_few_and_cost_no_other_a_place(
 def test_a_place_that_takes_the_turn_of_one_not_sent_yet_says_the_session_too(
     small_balloon: Balloon,
 ) -> None:
-    there = lobby(small_balloon, admission(single_use=True), max_users=1)
+    there = session_host(small_balloon, admission(single_use=True), max_users=1)
     say(there, hello("first", token=token(jti="first")))
     waiting = say(there, hello(token=token(), wait=True))
     there.serve(0.0)
@@ -364,7 +364,7 @@ def test_a_place_that_takes_the_turn_of_one_not_sent_yet_says_the_session_too(
 
 
 def test_whoever_is_connected_goes_when_its_session_is_over(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon, admission(session_valid=60.0), max_users=1)
+    there = session_host(small_balloon, admission(session_valid=60.0), max_users=1)
     hand, page = say(there, hello(token=token())), say(there, watch(token=token()))
     waits = say(there, hello("waits", token=token(), wait=True))
     session = welcome(hand).session

@@ -1,4 +1,4 @@
-"""A door without an event loop that runs: what is done in one turn, and what is held meanwhile."""
+"""An acceptor without an event loop: what one turn does, and what is held meanwhile."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ import pytest
 
 from cohaptic.clock import SystemClock
 from cohaptic_server.guard.limits import Limits
-from cohaptic_server.shell.doors import door as door_module
-from cohaptic_server.shell.doors.door import Door
-from cohaptic_server.shell.gate import Gate, Taken
+from cohaptic_server.shell import acceptor as door_module
+from cohaptic_server.shell.acceptor import Acceptor
+from cohaptic_server.shell.limiter import ConnectionLimiter, Taken
 from cohaptic_server.shell.wire import HEAD_TIMEOUT
 from tests.patience import PATIENCE
-from tests.server.shell.doors.test_first_bytes import hello
 from tests.server.shell.stage import REQUEST
+from tests.server.shell.test_first_bytes import hello
 
 pytestmark = [
     pytest.mark.live,
@@ -77,10 +77,10 @@ class Turns:
 
 @dataclass
 class Stand:
-    """A door, its gate and those who come."""
+    """A acceptor, its limiter and those who come."""
 
-    door: Door
-    gate: Gate
+    acceptor: Acceptor
+    limiter: ConnectionLimiter
     clock: SystemClock
     turns: Turns
     guests: list[socket.socket] = field(default_factory=list[socket.socket])
@@ -88,7 +88,7 @@ class Stand:
     def come(self, many: int, said: bytes = b"") -> list[socket.socket]:
         new: list[socket.socket] = []
         for _ in range(many):
-            new.append(socket.create_connection(self.door.getsockname(), timeout=PATIENCE))
+            new.append(socket.create_connection(self.acceptor.getsockname(), timeout=PATIENCE))
             if said:
                 new[-1].sendall(said)
         while any(_under_way(guest) for guest in new):
@@ -101,7 +101,7 @@ class Stand:
         found: list[socket.socket] = []
         with contextlib.suppress(BlockingIOError):
             while True:
-                found.append(self.door.accept()[0])
+                found.append(self.acceptor.accept()[0])
         self.turns.go_on()
         return found
 
@@ -110,7 +110,7 @@ class Stand:
         for count in range(10_000):
             if condition():
                 return count
-            select.select([self.door], [], [], 0.01)
+            select.select([self.acceptor], [], [], 0.01)
             given += self.turn()
         raise AssertionError
 
@@ -118,11 +118,11 @@ class Stand:
 @contextlib.contextmanager
 def standing(*limits: str, tls: bool = False) -> Generator[Stand]:
     clock = SystemClock()
-    gate = Gate(Limits().changed(limits), clock)
+    limiter = ConnectionLimiter(Limits().changed(limits), clock)
     turns = Turns()
     loop: Any = turns
-    with Door.opened(("127.0.0.1", 0), socket.AF_INET, gate, loop, tls=tls) as door:
-        stand = Stand(door, gate, clock, turns)
+    with Acceptor.opened(("127.0.0.1", 0), socket.AF_INET, limiter, loop, tls=tls) as acceptor:
+        stand = Stand(acceptor, limiter, clock, turns)
         yield stand
         for guest in stand.guests:
             guest.close()
@@ -135,30 +135,30 @@ def test_who_says_nothing_is_held_and_comes_out_whole_once_it_has_asked(
     with standing(tls=tls) as stand:
         (guest,) = stand.come(1)
         given: list[socket.socket] = []
-        stand.until(lambda: stand.door.silent == 1, given)
+        stand.until(lambda: stand.acceptor.silent == 1, given)
         for at in range(0, len(said) - 1, 40):
             guest.sendall(said[at : min(at + 40, len(said) - 1)])
-            select.select([stand.door], [], [], 1.0)
+            select.select([stand.acceptor], [], [], 1.0)
             given += stand.turn()
-        assert (given, stand.door.silent, stand.gate.sources.open) == ([], 1, 1)
+        assert (given, stand.acceptor.silent, stand.limiter.sources.open) == ([], 1, 1)
         guest.sendall(said[-1:])
         stand.until(lambda: bool(given), given)
         assert isinstance(given[0], Taken)
         assert given[0].getpeername() == guest.getsockname()
         assert given[0].recv(len(said) + 1) == said
         assert (given[0].turns is not None) == tls
-        assert (stand.door.silent, stand.gate.sources.open) == (0, 1)
+        assert (stand.acceptor.silent, stand.limiter.sources.open) == (0, 1)
         given[0].close()
-        assert stand.gate.sources.open == 0
+        assert stand.limiter.sources.open == 0
 
 
 def test_bytes_that_stay_do_not_wake_the_loop_again() -> None:
     with standing() as stand:
         given: list[socket.socket] = []
         stand.come(1, REQUEST[:10])
-        stand.until(lambda: stand.door.silent == 1, given)
+        stand.until(lambda: stand.acceptor.silent == 1, given)
         stand.turn()
-        assert select.select([stand.door], [], [], 0.05)[0] == []
+        assert select.select([stand.acceptor], [], [], 0.05)[0] == []
 
 
 def test_a_turn_lets_in_and_gives_out_few_and_whoever_waits_has_the_next() -> None:
@@ -168,7 +168,7 @@ def test_a_turn_lets_in_and_gives_out_few_and_whoever_waits_has_the_next() -> No
         turns = 0
         while len(given) < 60:
             before = len(given)
-            select.select([stand.door], [], [], 1.0)
+            select.select([stand.acceptor], [], [], 1.0)
             given += stand.turn()
             assert len(given) - before <= 4
             turns += 1
@@ -182,18 +182,18 @@ def test_after_the_work_of_a_window_the_loop_is_not_asked_again_before_the_next(
     with standing(*MANY) as stand:
         stand.come(60)
         with contextlib.suppress(BlockingIOError):
-            stand.door.accept()
-        assert 0 < stand.door.silent <= 32
-        assert select.select([stand.door], [], [], 0.05)[0] == []
+            stand.acceptor.accept()
+        assert 0 < stand.acceptor.silent <= 32
+        assert select.select([stand.acceptor], [], [], 0.05)[0] == []
         stand.turns.go_on()
-        assert select.select([stand.door], [], [], 5.0)[0] == [stand.door]
+        assert select.select([stand.acceptor], [], [], 5.0)[0] == [stand.acceptor]
 
 
 def test_those_who_are_silent_keep_nobody_waiting_who_asks() -> None:
     with standing(*MANY) as stand:
         given: list[socket.socket] = []
         stand.come(100)
-        stand.until(lambda: stand.door.silent == 100, given)
+        stand.until(lambda: stand.acceptor.silent == 100, given)
         stand.come(1, REQUEST)
         assert stand.until(lambda: bool(given), given) <= 3
         given[0].close()
@@ -203,17 +203,17 @@ def test_at_the_deadline_the_silent_are_closed_a_few_at_once_by_one_timer() -> N
     with standing(*MANY) as stand:
         given: list[socket.socket] = []
         guests = stand.come(100)
-        stand.until(lambda: stand.door.silent == 100, given)
+        stand.until(lambda: stand.acceptor.silent == 100, given)
         assert [timer.after for timer in stand.turns.timers] == [HEAD_TIMEOUT]
         stand.turns.expire()  # too early, as a clock may have it
-        assert stand.door.silent == 100
+        assert stand.acceptor.silent == 100
         stand.clock.origin += HEAD_TIMEOUT + 1.0
         stand.turns.expire()
-        assert stand.door.silent == 36
+        assert stand.acceptor.silent == 36
         assert stand.turns.timers[0].after == 0.0
         stand.turns.expire()
-        assert (stand.door.silent, stand.gate.sources.open, stand.turns.timers) == (0, 0, [])
-        assert stand.gate.traffic.refused == {"no request": 100}
+        assert (stand.acceptor.silent, stand.limiter.sources.open, stand.turns.timers) == (0, 0, [])
+        assert stand.limiter.traffic.refused == {"no request": 100}
         assert {guest.recv(1) for guest in guests} == {b""}
 
 
@@ -222,10 +222,10 @@ def test_who_goes_again_is_forgotten() -> None:
         given: list[socket.socket] = []
         for said in (b"", REQUEST[:10]):
             (guest,) = stand.come(1, said)
-            stand.until(lambda: stand.door.silent == 1, given)
+            stand.until(lambda: stand.acceptor.silent == 1, given)
             guest.close()
-            stand.until(lambda: stand.door.silent == 0, given)
-        assert (given, stand.gate.sources.open) == ([], 0)
+            stand.until(lambda: stand.acceptor.silent == 0, given)
+        assert (given, stand.limiter.sources.open) == ([], 0)
 
 
 def test_who_sends_byte_by_byte_is_passed_on_to_where_that_has_a_budget() -> None:
@@ -235,7 +235,7 @@ def test_who_sends_byte_by_byte_is_passed_on_to_where_that_has_a_budget() -> Non
         guest.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         while not given:
             guest.sendall(b"G")
-            select.select([stand.door], [], [], 1.0)
+            select.select([stand.acceptor], [], [], 1.0)
             given += stand.turn()
         assert len(given[0].recv(4096)) <= 70
         given[0].close()
@@ -244,10 +244,10 @@ def test_who_sends_byte_by_byte_is_passed_on_to_where_that_has_a_budget() -> Non
 def test_a_door_that_closes_closes_those_on_its_porch() -> None:
     with standing() as stand:
         guests = stand.come(5)
-        stand.until(lambda: stand.door.silent == 5, [])
-        stand.door.close()
+        stand.until(lambda: stand.acceptor.silent == 5, [])
+        stand.acceptor.close()
         assert {guest.recv(1) for guest in guests} == {b""}
-        assert stand.gate.sources.open == 0
+        assert stand.limiter.sources.open == 0
         assert all(timer.cancelled for timer in stand.turns.timers)
 
 
@@ -255,13 +255,13 @@ def test_a_silent_connection_takes_little_memory() -> None:
     """Of this process; what asyncio and the library make of one is 14 kB."""
     with standing(*MANY) as stand:
         stand.come(20)
-        stand.until(lambda: stand.door.silent == 20, [])
+        stand.until(lambda: stand.acceptor.silent == 20, [])
         gc.collect()
         tracemalloc.start()
         try:
             stand.come(100)
             before = tracemalloc.get_traced_memory()[0]
-            stand.until(lambda: stand.door.silent == 120, [])
+            stand.until(lambda: stand.acceptor.silent == 120, [])
             gc.collect()
             after = tracemalloc.get_traced_memory()[0]
         finally:

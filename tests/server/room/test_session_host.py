@@ -28,11 +28,11 @@ from cohaptic.protocol.watch_messages import (
 )
 from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic_server.bodies.balloon.balloon import Balloon
-from cohaptic_server.room.lobby import Lobby
 from cohaptic_server.room.peer import LogLine, Outcome, Peer
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.seats.names import REPLACE_AFTER
-from cohaptic_server.room.watch.audience import Audience
+from cohaptic_server.room.session_host import SessionHost
+from cohaptic_server.room.watch.scene_broadcast import SceneBroadcast
 from cohaptic_server.settings import ServerSettings
 from tests.server.peers import hello_text, sample
 
@@ -40,26 +40,26 @@ TO_WALL = 1e9  # s
 WATCH = encode_control(Watch(protocol=PROTOCOL_VERSION))
 
 
-def lobby(body: Balloon, **settings: Any) -> Lobby:
+def session_host(body: Balloon, **settings: Any) -> SessionHost:
     room = Room(body, ServerSettings(**settings))
-    return Lobby(room, Audience(room, model=None))
+    return SessionHost(room, SceneBroadcast(room, model=None))
 
 
-def connect(there: Lobby, now: float = 0.0) -> Peer:
+def connect(there: SessionHost, now: float = 0.0) -> Peer:
     return there.connect(now, SUBPROTOCOL, SUBPROTOCOL)
 
 
-def say(there: Lobby, peer: Peer, data: str | bytes, now: float = 0.0) -> Outcome:
+def say(there: SessionHost, peer: Peer, data: str | bytes, now: float = 0.0) -> Outcome:
     return there.receive(peer, data, now, TO_WALL)
 
 
-def join(there: Lobby, name: str, now: float = 0.0) -> Peer:
+def join(there: SessionHost, name: str, now: float = 0.0) -> Peer:
     peer = connect(there, now)
     say(there, peer, hello_text(name), now)
     return peer
 
 
-def watch(there: Lobby) -> Peer:
+def watch(there: SessionHost) -> Peer:
     """A watcher that has the mesh."""
     peer = connect(there)
     say(there, peer, WATCH)
@@ -76,7 +76,7 @@ def news(peer: Peer) -> list[Any]:
 
 
 def test_another_subprotocol_is_refused_in_a_sentence(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     peer = there.connect(0.0, None, None)
     (error,) = news(peer)
     assert isinstance(error, Error)
@@ -89,7 +89,7 @@ def test_another_subprotocol_is_refused_in_a_sentence(small_balloon: Balloon) ->
 
 
 def test_a_name_in_use_is_refused_and_nobody_hears_of_it(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     first = join(there, "ann")
     news(first)
     second = connect(there)
@@ -105,7 +105,7 @@ def test_a_name_in_use_is_refused_and_nobody_hears_of_it(small_balloon: Balloon)
 def test_a_name_is_kept_where_nobody_ended_the_session_but_the_path_or_the_server(
     small_balloon: Balloon, code: CloseCode | None, farewell: bool
 ) -> None:
-    there = lobby(small_balloon, max_users=1)
+    there = session_host(small_balloon, max_users=1)
     peer = there.connect(0.0, SUBPROTOCOL, None, source="home")
     say(there, peer, hello_text("ann"))
     there.tick(10.0)
@@ -126,7 +126,7 @@ def test_a_name_is_kept_where_nobody_ended_the_session_but_the_path_or_the_serve
 def test_a_name_is_kept_no_more_where_its_owner_ended_the_session(
     small_balloon: Balloon, said: str, reason: str
 ) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     peer = there.connect(0.0, SUBPROTOCOL, None, source="home")
     say(there, peer, hello_text("ann"))
     if said:
@@ -138,7 +138,7 @@ def test_a_name_is_kept_no_more_where_its_owner_ended_the_session(
 
 
 def test_a_silent_user_is_replaced_by_its_return(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     other, old = join(there, "other"), join(there, "ann")
     news(other)
     new = join(there, "ann", REPLACE_AFTER)
@@ -164,7 +164,7 @@ def test_a_silent_user_is_replaced_by_its_return(small_balloon: Balloon) -> None
 def test_who_leaves_is_told_to_the_others_with_the_reason(
     small_balloon: Balloon, said: str | None, reason: str, reported: str
 ) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     stays, leaves = join(there, "stays"), join(there, "leaves")
     news(stays)
     if said is not None:
@@ -177,7 +177,7 @@ def test_who_leaves_is_told_to_the_others_with_the_reason(
 
 
 def test_a_patch_that_the_wire_cannot_carry_is_logged_once(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     peer = join(there, "ann")
     say(there, peer, sample().encode())
     lines: list[LogLine] = []
@@ -193,7 +193,7 @@ def test_a_patch_that_the_wire_cannot_carry_is_logged_once(small_balloon: Balloo
 def test_a_law_is_changed_with_gains_only_where_they_are_allowed(
     small_balloon: Balloon, allowed: bool
 ) -> None:
-    there = lobby(small_balloon, allow_fixed_gains=allowed)
+    there = session_host(small_balloon, allow_fixed_gains=allowed)
     peer = join(there, "ann")
     say(there, peer, encode_control(SetLaw(law=Law.PI)))
     assert there.room.members[peer.user or 0].hello.law is Law.PI
@@ -207,7 +207,7 @@ def test_a_law_is_changed_with_gains_only_where_they_are_allowed(
 def test_a_watcher_gets_its_welcome_then_the_mesh_then_the_latencies(
     small_balloon: Balloon,
 ) -> None:
-    there = lobby(small_balloon, allow_latency=True)
+    there = session_host(small_balloon, allow_latency=True)
     user, first = join(there, "ann"), watch(there)
     say(there, first, encode_control(SetLatency(user=user.user or 0, delay=0.1, jitter=0.0)))
     peer = connect(there)
@@ -226,7 +226,7 @@ def test_a_watcher_gets_its_welcome_then_the_mesh_then_the_latencies(
 
 
 def test_a_watcher_that_does_not_take_the_mesh_is_too_slow(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     peer = connect(there)
     say(there, peer, WATCH)
     there.begin_mesh(peer)
@@ -235,13 +235,13 @@ def test_a_watcher_that_does_not_take_the_mesh_is_too_slow(small_balloon: Balloo
     assert peer.session.close[0] == CloseCode.TOO_SLOW.value
     (line,) = there.disconnect(peer, "").log
     assert line.text.startswith("one who watches left: rest mesh is 'not taken'")
-    assert there.audience.watchers == set()
+    assert there.scene_broadcast.watchers == set()
 
 
 def test_latency_is_injected_where_it_is_allowed_and_told_to_every_watcher(
     small_balloon: Balloon,
 ) -> None:
-    there = lobby(small_balloon, allow_latency=True)
+    there = session_host(small_balloon, allow_latency=True)
     user, asks, sees = join(there, "ann"), watch(there), watch(there)
     change = encode_control(SetLatency(user=user.user or 0, delay=0.2, jitter=0.05))
     outcome = say(there, asks, change)
@@ -258,7 +258,7 @@ def test_latency_is_injected_where_it_is_allowed_and_told_to_every_watcher(
 
 
 def test_latency_is_refused_where_it_is_not_allowed(small_balloon: Balloon) -> None:
-    there = lobby(small_balloon)
+    there = session_host(small_balloon)
     user, peer = join(there, "ann"), watch(there)
     change = SetLatency(user=user.user or 0, delay=0.2, jitter=0.0)
     assert say(there, peer, encode_control(change)).delayed == []

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cohaptic.errors import BodyError
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.mesh.tetrahedra import volumes
-from cohaptic_server.objects.gate import LARGEST, SMALLEST, checked_cells
+from cohaptic_server.objects.checked_cells import LARGEST, SMALLEST, checked_cells
 
 FILE = Path("a.obj")
 X = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])

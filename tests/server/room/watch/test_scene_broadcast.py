@@ -23,9 +23,9 @@ from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.mesh.icosphere import icosphere
 from cohaptic_server.numeric import Floats
 from cohaptic_server.room.room import Room
-from cohaptic_server.room.watch.audience import (
+from cohaptic_server.room.watch.scene_broadcast import (
     MAX_SURFACE_BYTES,
-    Audience,
+    SceneBroadcast,
     SceneEncoder,
     displacement,
     records,
@@ -40,11 +40,11 @@ from tests.server.room.watch.hands import PERIOD, motion, touches
 MODEL = "0" * 32
 
 
-def gallery(body: Body, model: str | None = MODEL, max_watchers: int = 5) -> Audience:
-    return Audience(Room(body, ServerSettings(max_watchers=max_watchers)), model)
+def gallery(body: Body, model: str | None = MODEL, max_watchers: int = 5) -> SceneBroadcast:
+    return SceneBroadcast(Room(body, ServerSettings(max_watchers=max_watchers)), model)
 
 
-def come(shown: Audience, encoding: EncodingName = "frames", rate: float = 60.0) -> Watcher:
+def come(shown: SceneBroadcast, encoding: EncodingName = "frames", rate: float = 60.0) -> Watcher:
     watch = Watch(protocol=PROTOCOL_VERSION, encoding=encoding, rate=rate)
     watcher = Watcher(watch, has_model=shown.model is not None)
     shown.enter(watcher, 0.0)
@@ -150,7 +150,7 @@ def test_who_is_taken_in_is_told_what_is_here_and_who_is_too_many_why(
 ) -> None:
     room = Room(small_balloon, ServerSettings(max_watchers=2, allow_latency=True))
     room.join(hello("ann"), 0.0)
-    shown = Audience(room, MODEL)
+    shown = SceneBroadcast(room, MODEL)
     (text,) = come(shown).take(clear=True)
     watching = decode_watch_control(str(text))
     assert isinstance(watching, Watching)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.shell.doors.door import LARGEST, has_asked
+from cohaptic_server.shell.acceptor import LARGEST, has_asked
 from tests.server.shell.stage import REQUEST
 
 pytestmark = pytest.mark.live

@@ -1,4 +1,4 @@
-"""Runs a server with many rooms: its doors, the processes of the rooms, and the shared seats."""
+"""Runs a server with many rooms: its acceptors, the rooms' processes, and the shared seats."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from cohaptic_ops.monitoring.admin_port import AdminAddress, AdminPort
 from cohaptic_ops.monitoring.lines import RoomLine, ServerLine
 from cohaptic_ops.monitoring.metrics import RoomHealth, RoomMetrics, ServerHealth
 from cohaptic_ops.rooms.config import RoomsConfig, is_plain_balloon
-from cohaptic_ops.rooms.front import BUSY, Front, Place, Site
-from cohaptic_ops.rooms.keeper import House, Keeper
 from cohaptic_ops.rooms.listing import RoomState, room_of
 from cohaptic_ops.rooms.process.handing_over import CAN_HAND_OVER
 from cohaptic_ops.rooms.process.reports import Allow
 from cohaptic_ops.rooms.process.room_process import MACHINE, Build, Protect
 from cohaptic_ops.rooms.process.starter import keep_starter, room_processes
+from cohaptic_ops.rooms.room_supervisor import House, RoomSupervisor
+from cohaptic_ops.rooms.router import BUSY, Place, Router, Site
 from cohaptic_ops.rooms.seats import SeatPool
 from cohaptic_server.logs import PLAIN, LogStyle
-from cohaptic_server.shell.gate import Gate, Protection
-from cohaptic_server.shell.listener import open_doors, url_of
+from cohaptic_server.shell.limiter import ConnectionLimiter, Protection
+from cohaptic_server.shell.listener import open_acceptors, url_of
 from cohaptic_server.shell.refusal import turn_away
 from cohaptic_server.side_by_side import processors
 
@@ -45,7 +45,7 @@ _SHARE_EVERY = 0.25  # s from one sharing of the seats to the next
 _FEW, _SELDOM = 100, 4
 
 
-class Supervisor:
+class RoomsServer:
     """Runs a server with many rooms.
 
     Args:
@@ -55,7 +55,7 @@ class Supervisor:
         protect: Makes the access control of a room, in the room's process.
 
     Attributes:
-        keepers: Keepers of the rooms that are on this machine, by name.
+        supervisors: Keepers of the rooms that are on this machine, by name.
         node: This machine in its cluster; None without one.
         users, watchers: Seats of users and of watchers in all rooms together.
         admin: Admin port that gets reports; None without one.
@@ -75,7 +75,7 @@ class Supervisor:
         self.config = config
         clock = SystemClock()
         proxies = config.access.trust_proxy
-        self.gate = Gate(config.front.limits, clock, proxies=proxies)
+        self.limiter = ConnectionLimiter(config.router.limits, clock, proxies=proxies)
         table = config.admin
         self.admin: AdminPort | None = None
         if table.port is not None:
@@ -83,11 +83,11 @@ class Supervisor:
         self.draining = False
         make = room_processes(_preload(config, [*builds.values(), protect]))
         self._house = House(
-            config.lease, clock, self.gate.sources.leave, self._changed, make, style, protect,
+            config.lease, clock, self.limiter.sources.leave, self._changed, make, style, protect,
             None if self.admin is None else self._measured,
         )  # fmt: skip
         self._builds = builds
-        self.keepers: dict[str, Keeper] = {}
+        self.supervisors: dict[str, RoomSupervisor] = {}
         self.node = self._node() if config.cluster.engine else None
         rooms = config.rooms.items()
         self.users = SeatPool(config.max_users, {name: room.max_users for name, room in rooms})
@@ -96,15 +96,15 @@ class Supervisor:
         )
         self._begun: set[str] = set()  # rooms with a process that takes part in sharing
         self._names = list(config.rooms)
-        inner = Gate(config.front.limits, clock, proxies=proxies)
+        inner = ConnectionLimiter(config.router.limits, clock, proxies=proxies)
         self._site = Site(
-            config.front,
+            config.router,
             inner,
             self._all_states,
-            self.gate.sources.leave,
+            self.limiter.sources.leave,
             listed=config.access.keys is None or config.access.open,
         )
-        self._front: Front | None = None
+        self._router: Router | None = None
         self._keeping: dict[str, asyncio.Task[None]] = {}
         self._passing: set[asyncio.Task[None]] = set()
         self._beside: list[asyncio.Task[None]] = []
@@ -115,13 +115,13 @@ class Supervisor:
         Raises:
             SettingError: The address or port is not available.
         """
-        doors = await open_doors(self.config.front, self.gate)
-        url = url_of(self.config.host, doors[0])
+        acceptors = await open_acceptors(self.config.router, self.limiter)
+        url = url_of(self.config.host, acceptors[0])
         if self.admin is not None:
             await self.admin.open()
         await self._site.start()
-        self._front = Front(doors, self.gate, self._places)
-        self._front.open()
+        self._router = Router(acceptors, self.limiter, self._places)
+        self._router.open()
         if self.node is not None:
             await self.node.start()
         else:
@@ -129,13 +129,13 @@ class Supervisor:
                 self._host(room)
         self._beside = [
             asyncio.ensure_future(self._keep_sharing()),
-            asyncio.ensure_future(keep_starter(self.gate.clock)),
+            asyncio.ensure_future(keep_starter(self.limiter.clock)),
         ]
-        await asyncio.gather(*(keeper.first.wait() for keeper in self.keepers.values()))
+        await asyncio.gather(*(supervisor.first.wait() for supervisor in self.supervisors.values()))
         return url
 
     async def run(self) -> None:
-        """Wait until all keepers have ended; raise the error of a keeper that has failed."""
+        """Wait until all supervisors have ended; raise the error of one that has failed."""
         if self.node is not None:
             await self.node.run()
         await asyncio.gather(*self._keeping.values())
@@ -150,11 +150,11 @@ class Supervisor:
         self._report()
         if self.node is not None:
             await self.node.leave()
-        front, self._front = self._front, None
-        if front is not None:
-            front.close()
-        for keeper in list(self.keepers.values()):
-            keeper.stop()
+        router, self._router = self._router, None
+        if router is not None:
+            router.close()
+        for supervisor in list(self.supervisors.values()):
+            supervisor.stop()
         waiting = [task for task in self._keeping.values() if not task.done()]
         if waiting:
             await asyncio.wait(waiting, timeout=self.config.drain)
@@ -171,17 +171,17 @@ class Supervisor:
         if self.admin is not None:
             await self.admin.close()
         self._site.stop()
-        self.gate.report(after=0.0)
+        self.limiter.report(after=0.0)
 
     def read_again(self) -> None:
         """Make all rooms read their key files again, even if the files seem unchanged."""
-        for keeper in self.keepers.values():
-            keeper.read_again()
+        for supervisor in self.supervisors.values():
+            supervisor.read_again()
 
     def kill(self) -> None:
         """Kill the processes of all rooms now."""
-        for keeper in self.keepers.values():
-            keeper.kill()
+        for supervisor in self.supervisors.values():
+            supervisor.kill()
 
     def _node(self) -> Node:
         table, rooms = self.config.cluster, self.config.rooms
@@ -206,48 +206,50 @@ class Supervisor:
     def _host(self, room: str) -> None:
         """Run a room on this machine, after its process of before has ended."""
         idle, before = self.config.rooms[room].idle, self._keeping.get(room)
-        keeper = Keeper(self.config.settings_of(room), self._builds[room], self._house, idle)
-        self.keepers[room] = keeper
+        supervisor = RoomSupervisor(
+            self.config.settings_of(room), self._builds[room], self._house, idle
+        )
+        self.supervisors[room] = supervisor
         if self.node is not None:
-            keeper.start()  # somebody waits for it, at this node or another
+            supervisor.start()  # somebody waits for it, at this node or another
 
         async def keep() -> None:
             if before is not None:
                 await asyncio.wait({before})
             try:
-                await keeper.keep()
+                await supervisor.keep()
             finally:
-                if self.node is not None and self.keepers.get(room) is keeper:
-                    del self.keepers[room]
+                if self.node is not None and self.supervisors.get(room) is supervisor:
+                    del self.supervisors[room]
                     self.node.release(room)
 
         self._keeping[room] = asyncio.ensure_future(keep())
 
     def _leave(self, room: str) -> None:
         """End a room on this machine now."""
-        keeper = self.keepers.pop(room, None)
-        if keeper is not None:
-            keeper.kill()
+        supervisor = self.supervisors.pop(room, None)
+        if supervisor is not None:
+            supervisor.kill()
 
     def _owned(self, room: str, until: float) -> None:
-        keeper = self.keepers.get(room)
-        if keeper is not None:
-            keeper.owned(until)
+        supervisor = self.supervisors.get(room)
+        if supervisor is not None:
+            supervisor.owned(until)
 
     def _enter(self, source: str) -> bool:
-        return self.gate.admit(source) is None
+        return self.limiter.admit(source) is None
 
     def _take(self, connection: socket.socket, room: str, source: str) -> bool:
-        keeper = self.keepers.get(room)
-        taken = keeper is not None and keeper.take(connection, source)
+        supervisor = self.supervisors.get(room)
+        taken = supervisor is not None and supervisor.take(connection, source)
         taken = taken or self._site.take(connection, source)  # says why the room takes nobody
         if not taken:
-            self.gate.sources.leave(source)
+            self.limiter.sources.leave(source)
         return taken
 
     def _people(self, room: str) -> tuple[int, int]:
-        keeper = self.keepers.get(room)
-        report = keeper.report if keeper is not None else None
+        supervisor = self.supervisors.get(room)
+        report = supervisor.report if supervisor is not None else None
         return (report.users, report.watchers) if report is not None else (0, 0)
 
     def _places(self, target: str) -> Sequence[Place]:
@@ -256,7 +258,7 @@ class Supervisor:
             return (self._site,)
         if self.node is not None and not self.node.owns(name):
             return (_Elsewhere(name, self),)
-        return (self.keepers[name], self._site)
+        return (self.supervisors[name], self._site)
 
     async def _all_states(self) -> Sequence[RoomState]:
         if self.node is not None:
@@ -264,14 +266,14 @@ class Supervisor:
         return self.states()
 
     def _state(self, name: str) -> RoomState:
-        table, keeper = self.config.rooms[name], self.keepers.get(name)
+        table, supervisor = self.config.rooms[name], self.supervisors.get(name)
         there = self.node.found.get(name) if self.node is not None else None
-        report = keeper.report if keeper is not None else None
+        report = supervisor.report if supervisor is not None else None
         people = report or there
         users = people.users if people is not None else 0
         state = "open" if there is not None else "idle"
-        if keeper is not None:
-            state = keeper.state
+        if supervisor is not None:
+            state = supervisor.state
         if state == "open" and report is not None and report.users_serial:
             state = "full" if users >= min(table.max_users, report.held_users) else state
         return RoomState(
@@ -291,12 +293,12 @@ class Supervisor:
             if not await self.node.pass_on(connection, room, source):
                 turn_away(connection, BUSY, 503)
         finally:
-            self.gate.sources.leave(source)
+            self.limiter.sources.leave(source)
 
-    def _changed(self, keeper: Keeper) -> None:
+    def _changed(self, supervisor: RoomSupervisor) -> None:
         """Update the numbers of seats after a room has begun, ended, or reported."""
-        name, report = keeper.name, keeper.report
-        if not keeper.runs:
+        name, report = supervisor.name, supervisor.report
+        if not supervisor.runs:
             self._begun.discard(name)
         if report is not None:
             self.users.report(name, report.held_users, report.users, report.users_serial)
@@ -306,11 +308,11 @@ class Supervisor:
         elif name not in self._begun:
             self.users.lose(name)
             self.watchers.lose(name)
-            if keeper.runs:
+            if supervisor.runs:
                 self._begun.add(name)
                 self._share()
-        if self.node is not None and keeper.rests and self.keepers.get(name) is keeper:
-            keeper.stop()
+        if self.node is not None and supervisor.rests and self.supervisors.get(name) is supervisor:
+            supervisor.stop()
 
     def _measured(self, room: str, metrics: RoomMetrics) -> None:
         if self.admin is not None:
@@ -324,9 +326,9 @@ class Supervisor:
             RoomHealth(
                 name=k.name, state=k.reported_state, problem=k.problem, restarts=k.restarts.count
             )
-            for k in self.keepers.values()
+            for k in self.supervisors.values()
         )
-        sources = self.gate.sources
+        sources = self.limiter.sources
         health = ServerHealth(
             version=cohaptic.__version__,
             draining=self.draining,
@@ -340,21 +342,25 @@ class Supervisor:
     def _share(self) -> None:
         changed = {*self.users.share(self._begun), *self.watchers.share(self._begun)}
         for name in changed:
-            users, watchers, keeper = self.users[name], self.watchers[name], self.keepers.get(name)
+            users, watchers, supervisor = (
+                self.users[name],
+                self.watchers[name],
+                self.supervisors.get(name),
+            )
             allow = Allow(
                 users=users.wanted,
                 watchers=watchers.wanted,
                 users_serial=users.serial,
                 watchers_serial=watchers.serial,
             )
-            if keeper is not None:
-                keeper.allow(allow)
+            if supervisor is not None:
+                supervisor.allow(allow)
 
     async def _keep_sharing(self) -> None:
         for turn in itertools.count():
             self._share()
-            self.gate.report()
-            if len(self.keepers) <= _FEW or turn % _SELDOM == 0:
+            self.limiter.report()
+            if len(self.supervisors) <= _FEW or turn % _SELDOM == 0:
                 self._report()
             await asyncio.sleep(_SHARE_EVERY)
 
@@ -365,11 +371,11 @@ class _Elsewhere:
 
     Args:
         room: Name of the room.
-        supervisor: Supervisor of this machine.
+        rooms_server: RoomsServer of this machine.
     """
 
     room: str
-    supervisor: Supervisor
+    rooms_server: RoomsServer
 
     def take(self, connection: socket.socket, source: str) -> bool:
         """Bring a connection to the node of the room, in a task of its own."""
@@ -377,7 +383,7 @@ class _Elsewhere:
             own = connection.dup()
         except OSError:  # no file descriptors are left
             return False
-        self.supervisor.pass_on(own, self.room, source)
+        self.rooms_server.pass_on(own, self.room, source)
         return True
 
 

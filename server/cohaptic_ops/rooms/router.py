@@ -1,7 +1,7 @@
 """Hands each connection to the room that the path of its request names.
 
-The front peeks at the first bytes of a request (MSG_PEEK) and leaves them to the room, which reads
-the whole request. Connections without a request wait at the door. This module never waits for a
+The router peeks at the first bytes of a request (MSG_PEEK) and leaves them to the room, which reads
+the whole request. Connections without a request wait at the acceptor. This module never waits for a
 peer or a room.
 
 If no room takes a connection, the server itself answers, with the list of rooms or with the reason
@@ -23,19 +23,20 @@ from websockets.http11 import Request as HttpRequest
 from websockets.http11 import Response
 
 from cohaptic_ops.rooms.listing import RoomState, answer, turned_away
-from cohaptic_ops.rooms.process.handing_over import HandedDoor, hand_over, handing_pair
+from cohaptic_ops.rooms.process.handing_over import HandedAcceptor, hand_over, handing_pair
 from cohaptic_server.guard.sources import Refusal
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.doors.door import Door
-from cohaptic_server.shell.gate import Gate, Taken
+from cohaptic_server.shell.acceptor import Acceptor
 from cohaptic_server.shell.http import DOWNLOAD_TIMEOUT, HostCheck, plain, response, too_many
-from cohaptic_server.shell.listener import Listener, serve_doors
+from cohaptic_server.shell.limiter import ConnectionLimiter, Taken
+from cohaptic_server.shell.listener import Listener, serve_acceptors
 from cohaptic_server.shell.refusal import refuse, turn_away
 from cohaptic_server.shell.wire import HEAD_TIMEOUT, Wire
 
-# Time until the front looks again at a request with an incomplete first line [s]. The pause doubles
-# each time, and the front gives up beyond `HEAD_TIMEOUT`. Incomplete lines come on systems where
-# doors hold no connections, and from clients that send their bytes one by one.
+# Time until the router looks again at a request with an incomplete first line [s]. The pause
+# doubles
+# each time, and the router gives up beyond `HEAD_TIMEOUT`. Incomplete lines come on systems where
+# acceptors hold no connections, and from clients that send their bytes one by one.
 _AGAIN = 2e-3
 BUSY = Refusal("the room does not take anybody at present", 2.0)
 
@@ -56,40 +57,43 @@ class Place(Protocol):
         ...
 
 
-class Front:
+class Router:
     """Accepts the connections of a server with many rooms, and hands them to rooms.
 
     Args:
-        doors: Listening sockets.
-        gate: Gate that counts the connections.
+        acceptors: Listening sockets.
+        limiter: ConnectionLimiter that counts the connections.
         places: Returns the places that may take a request with this target, the best first.
     """
 
     def __init__(
-        self, doors: Sequence[Door], gate: Gate, places: Callable[[str], Sequence[Place]]
+        self,
+        acceptors: Sequence[Acceptor],
+        limiter: ConnectionLimiter,
+        places: Callable[[str], Sequence[Place]],
     ) -> None:
-        self._doors, self._gate, self._places = doors, gate, places
+        self._acceptors, self._limiter, self._places = acceptors, limiter, places
         self._loop = asyncio.get_running_loop()
 
     def open(self) -> None:
         """Start to accept connections."""
-        for door in self._doors:
-            self._loop.add_reader(door, self._accept, door)
+        for acceptor in self._acceptors:
+            self._loop.add_reader(acceptor, self._accept, acceptor)
 
     def close(self) -> None:
         """Accept no more connections, and close those without a request."""
-        for door in self._doors:
-            self._loop.remove_reader(door)
-            door.close()
+        for acceptor in self._acceptors:
+            self._loop.remove_reader(acceptor)
+            acceptor.close()
 
-    def _accept(self, door: Door) -> None:
+    def _accept(self, acceptor: Acceptor) -> None:
         with contextlib.suppress(OSError):  # no further connection waits for now
             while True:
-                connection, peer = door.accept()
+                connection, peer = acceptor.accept()
                 connection.setblocking(False)
                 if isinstance(connection, Taken):
                     connection.keep_counted()
-                self._look(connection, self._gate.source_of_peer(peer))
+                self._look(connection, self._limiter.source_of_peer(peer))
 
     def _look(self, connection: socket.socket, source: str, pause: float = _AGAIN) -> None:
         """Hand a connection over, or look again later if the request's first line is incomplete."""
@@ -103,7 +107,7 @@ class Front:
         target = None if seen is None else target_of(seen)
         if seen == b"" or (target is None and pause > HEAD_TIMEOUT):
             connection.close()
-            self._gate.sources.leave(source)
+            self._limiter.sources.leave(source)
         elif target is None:
             self._loop.call_later(pause, self._look, connection, source, 2.0 * pause)
         else:
@@ -114,7 +118,7 @@ class Front:
             if place.take(connection, source):
                 connection.close()  # our socket only; the room has its own
                 return
-        self._gate.sources.leave(source)
+        self._limiter.sources.leave(source)
         turn_away(connection, BUSY, 503)
 
 
@@ -147,7 +151,7 @@ class Site:
 
     Args:
         settings: Settings that all rooms share.
-        gate: Gate of this site alone; the doors have another gate.
+        limiter: ConnectionLimiter of this site alone; the acceptors have another limiter.
         rooms: Returns the states of all rooms.
         left: Called with the source of each connection that has ended.
         listed: Whether anybody may know which rooms there are.
@@ -156,39 +160,39 @@ class Site:
     def __init__(
         self,
         settings: ServerSettings,
-        gate: Gate,
+        limiter: ConnectionLimiter,
         rooms: Callable[[], Awaitable[Sequence[RoomState]]],
         left: Callable[[str], None],
         *,
         listed: bool = True,
     ) -> None:
         self._check, self._base = HostCheck(settings), settings.base_path
-        self._gate, self._rooms, self._left = gate, rooms, left
+        self._limiter, self._rooms, self._left = limiter, rooms, left
         self._listed = listed
         self._handed: dict[int, str] = {}
         self._numbers = itertools.count(1)
-        self._door: socket.socket | None = None
+        self._acceptor: socket.socket | None = None
         self._listener: Listener | None = None
 
     async def start(self) -> None:
         """Start to serve the connections that are handed over."""
-        self._door, inner = handing_pair()
-        door = HandedDoor(inner, self._gate, self._ended)
-        self._listener = await serve_doors(
-            self._handle, self._process, [door], self._gate, base=self._base
+        self._acceptor, inner = handing_pair()
+        acceptor = HandedAcceptor(inner, self._limiter, self._ended)
+        self._listener = await serve_acceptors(
+            self._handle, self._process, [acceptor], self._limiter, base=self._base
         )
 
     def stop(self) -> None:
         """Stop serving, and close all connections."""
         if self._listener is not None:
             self._listener.close()
-        if self._door is not None:
-            self._door.close()
+        if self._acceptor is not None:
+            self._acceptor.close()
 
     def take(self, connection: socket.socket, source: str) -> bool:
         """Hand a connection to this site; return whether it was handed over."""
         number = next(self._numbers)
-        if self._door is None or not hand_over(self._door, connection, number, source):
+        if self._acceptor is None or not hand_over(self._acceptor, connection, number, source):
             return False
         self._handed[number] = source
         return True

@@ -1,4 +1,4 @@
-"""The front on real sockets: whoever says nothing, or little by little."""
+"""The router on real sockets: whoever says nothing, or little by little."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from collections.abc import AsyncGenerator
 import pytest
 
 from cohaptic.clock import SystemClock
-from cohaptic_ops.rooms.front import Front
+from cohaptic_ops.rooms.router import Router
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.doors import door as module
-from cohaptic_server.shell.doors.door import Door
-from cohaptic_server.shell.gate import Gate
-from cohaptic_server.shell.listener import open_doors
+from cohaptic_server.shell import acceptor as module
+from cohaptic_server.shell.acceptor import Acceptor
+from cohaptic_server.shell.limiter import ConnectionLimiter
+from cohaptic_server.shell.listener import open_acceptors
 from tests.patience import PATIENCE
 
 pytestmark = pytest.mark.live
@@ -44,15 +44,17 @@ class Taker:
 @contextlib.asynccontextmanager
 async def opened(
     *places: Taker, limits: Limits | None = None
-) -> AsyncGenerator[tuple[Door, Gate, int]]:
-    gate = Gate(limits or Limits(), SystemClock())
-    doors = await open_doors(ServerSettings(port=0), gate)
-    front = Front(doors, gate, lambda target: places if target.startswith("/r/") else places[1:])
-    front.open()
+) -> AsyncGenerator[tuple[Acceptor, ConnectionLimiter, int]]:
+    limiter = ConnectionLimiter(limits or Limits(), SystemClock())
+    acceptors = await open_acceptors(ServerSettings(port=0), limiter)
+    router = Router(
+        acceptors, limiter, lambda target: places if target.startswith("/r/") else places[1:]
+    )
+    router.open()
     try:
-        yield doors[0], gate, doors[0].getsockname()[1]
+        yield acceptors[0], limiter, acceptors[0].getsockname()[1]
     finally:
-        front.close()
+        router.close()
 
 
 async def until(condition: object) -> None:
@@ -65,7 +67,7 @@ async def until(condition: object) -> None:
 def test_a_request_goes_whole_to_its_place_however_slowly_its_line_comes() -> None:
     async def main() -> None:
         taker = Taker()
-        async with opened(taker) as (door, gate, port):
+        async with opened(taker) as (acceptor, limiter, port):
             _, writer = await asyncio.open_connection("127.0.0.1", port)
             for at in range(len(LINE)):
                 assert taker.seen == []
@@ -73,7 +75,7 @@ def test_a_request_goes_whole_to_its_place_however_slowly_its_line_comes() -> No
                 await asyncio.sleep(0.002)
             await until(lambda: taker.seen)
             assert taker.seen == [LINE]
-            assert (door.silent, gate.sources.open) == (0, 1)  # counted out by its place
+            assert (acceptor.silent, limiter.sources.open) == (0, 1)  # counted out by its place
             writer.close()
 
     asyncio.run(main())
@@ -85,18 +87,18 @@ def test_who_says_nothing_is_closed_at_the_deadline_and_who_goes_is_forgotten(
     monkeypatch.setattr(module, "HEAD_TIMEOUT", 0.3)
 
     async def main() -> None:
-        async with opened(Taker()) as (door, gate, port):
+        async with opened(Taker()) as (acceptor, limiter, port):
             silent, silent_writer = await asyncio.open_connection("127.0.0.1", port)
             half, half_writer = await asyncio.open_connection("127.0.0.1", port)
             half_writer.write(LINE[:8])
             _, gone = await asyncio.open_connection("127.0.0.1", port)
-            await until(lambda: door.silent == 3)
+            await until(lambda: acceptor.silent == 3)
             gone.close()
-            await until(lambda: door.silent == 2)
+            await until(lambda: acceptor.silent == 2)
             for reader in (silent, half):
                 with contextlib.suppress(ConnectionError):
                     assert await asyncio.wait_for(reader.read(), PATIENCE) == b""
-            assert (door.silent, gate.sources.open) == (0, 0)
+            assert (acceptor.silent, limiter.sources.open) == (0, 0)
             silent_writer.close()
             half_writer.close()
 
@@ -106,12 +108,12 @@ def test_who_says_nothing_is_closed_at_the_deadline_and_who_goes_is_forgotten(
 def test_those_who_say_nothing_are_bounded_for_an_address() -> None:
     async def main() -> None:
         limits = Limits().changed(["open=5"])
-        async with opened(Taker(), limits=limits) as (door, gate, port):
+        async with opened(Taker(), limits=limits) as (acceptor, limiter, port):
             ends = [await asyncio.open_connection("127.0.0.1", port) for _ in range(20)]
-            await until(lambda: gate.sources.refused == 15)
-            assert door.silent == 5
+            await until(lambda: limiter.sources.refused == 15)
+            assert acceptor.silent == 5
             for _, writer in ends:
                 writer.close()
-            await until(lambda: door.silent == gate.sources.open == 0)
+            await until(lambda: acceptor.silent == limiter.sources.open == 0)
 
     asyncio.run(main())

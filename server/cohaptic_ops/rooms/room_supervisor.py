@@ -32,7 +32,7 @@ from cohaptic_ops.rooms.process.room_process import FOREVER, Build, Protect, run
 from cohaptic_ops.rooms.process.starter import Hold
 from cohaptic_server.logs import PLAIN, LogStyle
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.gate import Protection
+from cohaptic_server.shell.limiter import Protection
 
 log = logging.getLogger("cohaptic.server")
 
@@ -48,13 +48,13 @@ _HELD_UP = 1.0
 
 @dataclass(frozen=True, slots=True)
 class House:
-    """Objects and functions that the keepers of all rooms share.
+    """Objects and functions that the supervisors of all rooms share.
 
     Args:
         silence: Time without a report after which a room's process is ended [s].
-        clock: Clock of the supervisor.
+        clock: Clock of the rooms server.
         left: Called with the source of each connection that has ended.
-        changed: Called with a keeper whose room has begun, ended or reported.
+        changed: Called with a supervisor whose room has begun, ended or reported.
         make_process: Class of room processes, from `room_processes`.
         style: Style of the rooms' log.
         protect: Makes the access control of a room, in the room's process.
@@ -64,7 +64,7 @@ class House:
     silence: float
     clock: Clock
     left: Callable[[str], None]
-    changed: Callable[[Keeper], None]
+    changed: Callable[[RoomSupervisor], None]
     make_process: Callable[..., BaseProcess]
     style: LogStyle = PLAIN
     protect: Protect = Protection
@@ -72,7 +72,7 @@ class House:
 
 
 @dataclass(frozen=True, slots=True)
-class _Entrance:
+class _Admission:
     """Socket pair that hands connections to one process of a room, which may start later.
 
     Args:
@@ -86,13 +86,13 @@ class _Entrance:
     handed: dict[int, str] = field(default_factory=dict[int, str])
 
 
-class Keeper:
+class RoomSupervisor:
     """Keeps the process of one room running, and hands connections to it.
 
     Args:
         settings: Settings of the room's server.
         build: Makes the body of the room, in the room's process.
-        house: Objects and functions that all keepers share.
+        house: Objects and functions that all supervisors share.
         idle: Time after which the process of an empty room ends, to start again on demand [s]; None
             for a room that always runs.
 
@@ -124,7 +124,7 @@ class Keeper:
         self._stopping, self._asked = asyncio.Event(), asyncio.Event()
         self._hold: Hold | None = None
         self._channel: Channel | None = None
-        self._entrance: _Entrance | None = None
+        self._room_admission: _Admission | None = None
         self._started = 0.0
         self._ready: float | None = None
         self._heard = 0.0
@@ -144,7 +144,7 @@ class Keeper:
     @property
     def rests(self) -> bool:
         """Whether the room has no process and nobody waits for one."""
-        waited = self._entrance is not None and bool(self._entrance.handed)
+        waited = self._room_admission is not None and bool(self._room_admission.handed)
         return self.state == "idle" and not self.runs and not waited
 
     def take(self, connection: socket.socket, source: str) -> bool:
@@ -153,15 +153,15 @@ class Keeper:
         self._emptied = None
         if self.state == "broken":
             self._asked.set()  # without effect for a room that is retried anyway
-        if self.state == "idle" and self._entrance is None:
+        if self.state == "idle" and self._room_admission is None:
             with contextlib.suppress(OSError):  # no file descriptors are left
-                self._entrance = _Entrance(*handing_pair())
+                self._room_admission = _Admission(*handing_pair())
         waits = self.state == "starting" and now - self._started < _WAIT_FOR_START
-        if self._entrance is None or not (waits or self.state in ("idle", "open")):
+        if self._room_admission is None or not (waits or self.state in ("idle", "open")):
             return False
-        if not hand_over(self._entrance.ours, connection, number, source):
+        if not hand_over(self._room_admission.ours, connection, number, source):
             return False
-        self._entrance.handed[number] = source
+        self._room_admission.handed[number] = source
         if self.state == "idle":
             self._asked.set()
         return True
@@ -215,7 +215,7 @@ class Keeper:
                 self._asked.clear()
                 if not self._stopping.is_set():
                     await self._asked.wait()
-        self._shut(self._entrance)
+        self._shut(self._room_admission)
         self.state = "stopped"
         self.first.set()
 
@@ -248,11 +248,13 @@ class Keeper:
         self.runs = True
         self._asked.clear()
         try:
-            entrance = self._entrance = self._entrance or _Entrance(*handing_pair())
+            room_admission = self._room_admission = self._room_admission or _Admission(
+                *handing_pair()
+            )
             control, their_control = socket.socketpair()
         except OSError as error:
             self.problem = f"its process cannot be started: {error.strerror}"
-            await self._end(self._entrance)
+            await self._end(self._room_admission)
             return
         gone = asyncio.Event()
         try:
@@ -262,7 +264,7 @@ class Keeper:
                     self.settings,
                     self._build,
                     their_control,
-                    entrance.theirs,
+                    room_admission.theirs,
                     house.style,
                     house.protect,
                     house.measured is not None,
@@ -274,7 +276,7 @@ class Keeper:
             await asyncio.to_thread(self.process.start)
             self._hold = Hold(self.process)
             their_control.close()
-            entrance.theirs.close()
+            room_admission.theirs.close()
             self._channel = await open_channel(control, self._hear, gone.set)
             house.changed(self)
             if self._stopping.is_set():
@@ -290,7 +292,7 @@ class Keeper:
             if self._channel is None:
                 control.close()
             their_control.close()
-            await self._end(entrance)
+            await self._end(room_admission)
 
     async def _watch(self, gone: asyncio.Event) -> None:
         """Wait until the process has ended, or has been silent for too long.
@@ -316,26 +318,27 @@ class Keeper:
             if self._is_to_rest(now) and self._channel is not None:
                 log.info("room %s is idle; it starts when somebody comes", self.name,
                          extra=self._report("room_idle"))  # fmt: skip
-                # New connections now wait for the next process; `_end` closes the old entrance.
-                self._entrance, self.state = None, "idle"
+                # New connections now wait for the next process; `_end` closes the old room
+                # admission.
+                self._room_admission, self.state = None, "idle"
                 self._channel.tell(Stop())
 
     def _is_to_rest(self, now: float) -> bool:
         """Whether the room has been empty for its idle time, so that its process has to end."""
-        report, entrance = self.report, self._entrance
+        report, room_admission = self.report, self._room_admission
         if (
             self._idle is None
             or self.state != "open"
             or (report is None or report.users or report.watchers)
-            or (entrance is None or entrance.handed)
+            or (room_admission is None or room_admission.handed)
         ):
             self._emptied = None
             return False
         self._emptied = now if self._emptied is None else self._emptied
         return now - self._emptied >= self._idle
 
-    async def _end(self, entrance: _Entrance | None) -> None:
-        """Kill the process, and close its channel and entrance."""
+    async def _end(self, room_admission: _Admission | None) -> None:
+        """Kill the process, and close its channel and room admission."""
         house, hold = self._house, self._hold
         self._hold = None
         if hold is not None:
@@ -346,20 +349,20 @@ class Keeper:
         self._channel = self.report = None
         if self.state != "idle":
             self.state = "broken" if self.problem else "starting"
-        self._shut(entrance)
+        self._shut(room_admission)
         self.runs = False
         house.changed(self)
 
-    def _shut(self, entrance: _Entrance | None) -> None:
-        """Close an entrance, and count all its connections as ended."""
-        if entrance is None:
+    def _shut(self, room_admission: _Admission | None) -> None:
+        """Close an room admission, and count all its connections as ended."""
+        if room_admission is None:
             return
-        entrance.ours.close()
-        entrance.theirs.close()
-        for source in entrance.handed.values():
+        room_admission.ours.close()
+        room_admission.theirs.close()
+        for source in room_admission.handed.values():
             self._house.left(source)
-        if self._entrance is entrance:
-            self._entrance = None
+        if self._room_admission is room_admission:
+            self._room_admission = None
 
     def _report(self, event: str) -> dict[str, str]:
         return {"event": event, "room": self.name}
@@ -368,7 +371,7 @@ class Keeper:
         house = self._house
         match line:
             case Left():
-                handed = self._entrance.handed if self._entrance is not None else {}
+                handed = self._room_admission.handed if self._room_admission is not None else {}
                 for number in line.numbers:
                     source = handed.pop(number, None)
                     if source is not None:

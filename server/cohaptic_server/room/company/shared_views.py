@@ -167,12 +167,12 @@ NEWS_AT_ONCE = 32
 _REPORTED = object()
 
 
-class Gathering:
+class SharedViews:
     """Tells the pages of one room who is there, whose view is followed, and who points.
 
     Args:
         room: Room with the users.
-        watchers: Watchers of the room; the set that the audience maintains.
+        watchers: Watchers of the room; the set that the scene broadcast maintains.
         sources: Rate limits of the network addresses, which also limit pointing.
 
     Attributes:

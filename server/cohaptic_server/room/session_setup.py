@@ -1,6 +1,6 @@
 """Decides which clients come into a room as users or watchers. No I/O.
 
-The entrance of a room checks the rate limit of joins, the token and its grants.
+The room admission of a room checks the rate limit of joins, the token and its grants.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from cohaptic_server.room.room import Room
 from cohaptic_server.room.seats.names import Claim
 from cohaptic_server.room.seats.waiting import Waiting
 from cohaptic_server.room.session import ServerSession
-from cohaptic_server.room.watch.audience import Audience
+from cohaptic_server.room.watch.scene_broadcast import SceneBroadcast
 from cohaptic_server.room.watch.watcher import Watcher
 
 
-class Entrance:
+class RoomAdmission:
     """Decides by rate limit, token and removals whether a client may come into a room.
 
     Args:
@@ -129,23 +129,27 @@ class Entrance:
 MAX_PAGES = 4
 
 
-class Reception:
+class SessionSetup:
     """Makes peers users or watchers of one room.
 
     Args:
         room: Room with the users.
-        audience: Watchers of the room.
-        entrance: Entrance that checks tokens and grants.
-        peers: All peers of the room; the list that the lobby maintains.
+        scene_broadcast: Watchers of the room.
+        room_admission: RoomAdmission that checks tokens and grants.
+        peers: All peers of the room; the list that the session host maintains.
 
     Attributes:
         waiting: Clients that wait for a seat.
     """
 
     def __init__(
-        self, room: Room, audience: Audience, entrance: Entrance, peers: Sequence[Peer]
+        self,
+        room: Room,
+        scene_broadcast: SceneBroadcast,
+        room_admission: RoomAdmission,
+        peers: Sequence[Peer],
     ) -> None:
-        self.room, self.audience, self.entrance = room, audience, entrance
+        self.room, self.scene_broadcast, self.room_admission = room, scene_broadcast, room_admission
         self.peers = peers
         self.waiting = Waiting(room)
 
@@ -169,7 +173,7 @@ class Reception:
             outcome: Receives the tasks of the shell.
         """
         try:
-            session_token = self.entrance.enter(peer, hello, now, to_wall)
+            session_token = self.room_admission.enter(peer, hello, now, to_wall)
             claim = Claim(hello.key, peer.source, peer.guest.session)
             self.waiting.check_name(hello.name, claim)
             try:
@@ -178,12 +182,12 @@ class Reception:
                 if error.code is not CloseCode.ROOM_FULL or not hello.wait:
                     raise
                 self.waiting.enter(peer, session, hello, session_token, now, outcome)
-                self.entrance.begin(peer, now, to_wall)
+                self.room_admission.begin(peer, now, to_wall)
                 return
         except ProtocolError as error:
             session.fail(error)
             return
-        self.entrance.begin(peer, now, to_wall)
+        self.room_admission.begin(peer, now, to_wall)
         self.waiting.take_in(hello.name, claim, outcome)
         self._seat(peer, session, hello, joined, to_wall, session_token, outcome)
 
@@ -199,7 +203,7 @@ class Reception:
             session.fail(RemoteProtocolError("message", "Come", "nothing before it is called"))
             return
         try:
-            token = self.entrance.check(peer, hello.name, now, to_wall)
+            token = self.room_admission.check(peer, hello.name, now, to_wall)
             joined = self.room.join(hello, now, peer.source, peer.guest, called=True)
         except ProtocolError as error:
             session.fail(error)
@@ -237,17 +241,17 @@ class Reception:
 
     def watch(self, peer: Peer, watch: Watch, now: float, to_wall: float, outcome: Outcome) -> None:
         """Make a client a watcher, or end its session; the arguments are those of `join`."""
-        watcher = Watcher(watch, has_model=self.audience.model is not None)
+        watcher = Watcher(watch, has_model=self.scene_broadcast.model is not None)
         peer.session = watcher
         try:
-            session_token = self.entrance.enter(peer, watch, now, to_wall)
+            session_token = self.room_admission.enter(peer, watch, now, to_wall)
             self._check_pages(peer)
-            self.audience.enter(watcher, to_wall, peer.guest.grants, session_token)
-            self.entrance.begin(peer, now, to_wall)
+            self.scene_broadcast.enter(watcher, to_wall, peer.guest.grants, session_token)
+            self.room_admission.begin(peer, now, to_wall)
             if self.room.restrains:
                 watcher.send(self.room.restraints)
             if administers(peer):
-                tell_put_out(self.entrance.removed, [peer], now, outcome)
+                tell_put_out(self.room_admission.removed, [peer], now, outcome)
         except ProtocolError as error:
             watcher.fail(error)
             return

@@ -1,8 +1,8 @@
-"""Access settings of a server, and the gate, which admits connections within rate limits.
+"""Access settings of a server, and the limiter, which admits connections within rate limits.
 
 The settings are those of access control and encryption, and the proxies that the server trusts.
 
-The gate also counts bytes, refusals and exceeded rate limits since the start of the server.
+The limiter also counts bytes, refusals and exceeded rate limits since the start of the server.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ _PARDONS_APART = 60.0  # s; a machine that is short of processors for long is no
 _REPORTED_AFTER = 10.0  # s from the first suppressed line until their number is reported
 
 
-class Gate:
+class ConnectionLimiter:
     """Admits the connections of one server, counts them, and limits the log lines about them.
 
     Args:
@@ -217,7 +217,7 @@ class Gate:
 
     def keep(self, connection: Taken, source: str) -> None:
         """Count an admitted connection against its source until its socket is closed."""
-        connection.gate, connection.source = self, source
+        connection.limiter, connection.source = self, source
         self.taken[connection.fileno()] = connection
         self.came.set()
 
@@ -297,19 +297,19 @@ class Turns:
 
 
 class Taken(socket.socket):
-    """Socket of a connection that the gate counts until the socket is closed.
+    """Socket of a connection that the limiter counts until the socket is closed.
 
-    The socket itself reports its end to the gate, since a connection whose TLS handshake fails
+    The socket itself reports its end to the limiter, since a connection whose TLS handshake fails
     never has a protocol that could report it.
 
     Attributes:
-        gate: Gate that counts the connection; None after the counting has ended.
+        limiter: ConnectionLimiter that counts the connection; None after the counting has ended.
         source: Source against whose rate limits the connection counts.
         turns: Limit on handshakes per round, while this connection's handshake runs; None after it
             and without TLS.
     """
 
-    gate: Gate | None = None
+    limiter: ConnectionLimiter | None = None
     source = UNKNOWN
     turns: Turns | None = None
 
@@ -320,21 +320,21 @@ class Taken(socket.socket):
         return super().recv_into(buffer, nbytes, flags)
 
     def keep_counted(self) -> None:
-        """Let the gate count the connection beyond the close of this socket.
+        """Let the limiter count the connection beyond the close of this socket.
 
         This is for a connection that another process takes over; the code that hands it over calls
         `Sources.leave` when the other process has ended the connection.
         """
-        gate, self.gate = self.gate, None
-        if gate is not None:
-            gate.taken.pop(self.fileno(), None)
+        limiter, self.limiter = self.limiter, None
+        if limiter is not None:
+            limiter.taken.pop(self.fileno(), None)
 
     def close(self) -> None:
-        """Close the socket, and count the connection's end if the gate still counts it."""
-        gate = self.gate
+        """Close the socket, and count the connection's end if the limiter still counts it."""
+        limiter = self.limiter
         self.keep_counted()
-        if gate is not None:
-            gate.sources.leave(self.source)
+        if limiter is not None:
+            limiter.sources.leave(self.source)
         super().close()
 
 

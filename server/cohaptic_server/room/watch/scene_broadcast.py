@@ -202,7 +202,7 @@ def _nothing() -> Floats:
     return np.zeros((0, 3))
 
 
-class Audience:
+class SceneBroadcast:
     """All watchers of a room.
 
     Args:
@@ -272,7 +272,7 @@ class Audience:
         )
 
     def leave(self, watcher: Watcher) -> None:
-        """Remove a watcher, if it belongs to the audience."""
+        """Remove a watcher, if it belongs to the scene broadcast."""
         self.watchers.discard(watcher)
 
     def see(self, world: WorldState, patches: Mapping[int, Patch], now: float) -> None:

@@ -16,10 +16,10 @@ from cohaptic.protocol.control.company import (
 )
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.guard.limits import Budget, Limits
-from cohaptic_server.room.company.gathering import AIMED_EVERY
+from cohaptic_server.room.company.shared_views import AIMED_EVERY
 from cohaptic_server.room.peer import Peer
 from tests.examples_of_laws import examples
-from tests.server.room.company.gatherings import Gatherings
+from tests.server.room.company.machines import SharedViewsMachine
 from tests.server.room.company.rooms import Played, company_of, heard, key_of
 
 
@@ -229,5 +229,5 @@ def test_what_is_out_of_its_range_ends_the_session_that_said_it_alone(
     assert company_of(page).followers == ()
 
 
-TestGatherings = Gatherings.TestCase
+TestGatherings = SharedViewsMachine.TestCase
 TestGatherings.settings = hypothesis_settings(max_examples=examples(40), stateful_step_count=40)
