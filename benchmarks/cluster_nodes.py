@@ -85,7 +85,7 @@ class Heard:
             one = Tick(time.monotonic(), sender, reported["pid"], reported["late"])
             self.rooms.setdefault(reported["room"], []).append(one)
 
-    def at(self, node: int) -> list[str]:
+    def of_node(self, node: int) -> list[str]:
         """Return the rooms that were last heard from a node."""
         return [
             name for name, ticks in list(self.rooms.items()) if ticks[-1].sender == address(node)

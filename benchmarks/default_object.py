@@ -126,7 +126,7 @@ def moved(body: Body, vertex: int, other: int | None = None) -> tuple[Floats, fl
         locate(mesh, mesh.vertices[k], still, radius=body.contact_radius).load(0.0)
         for k in (vertex, vertex if other is None else other)
     )
-    field = body.respond([replace(own, force=FORCE)]).at(np.arange(len(still)))
+    field = body.respond([replace(own, force=FORCE)]).displacement_of(np.arange(len(still)))
     here, there = (
         float(load.weights @ field[load.vertices] @ load.direction) for load in (own, theirs)
     )

@@ -158,7 +158,7 @@ def row(solid: RubberSolid, count: int) -> json_report.Result:
     free = np.flatnonzero(~shape.fixed)
     whole = stiffness_of(shape)
     K = sp.csr_array(whole[rubber.dof][:, rubber.dof])
-    state = rubber.at(shape.nodes)
+    state = rubber.state(shape.nodes)
     assert state is not None
     number = np.where(shape.fixed, -1, np.cumsum(~shape.fixed) - 1)
     workspaces = Workspaces(analyse(number[shape.elements], shape.nodes[free]))
@@ -166,7 +166,7 @@ def row(solid: RubberSolid, count: int) -> json_report.Result:
     b = np.random.default_rng(0).normal(size=(K.shape[0], 3))
     refined = Refined(workspaces, blocks)
     parts = {
-        "forces_s": quickest(lambda: rubber.at(shape.nodes)),
+        "forces_s": quickest(lambda: rubber.state(shape.nodes)),
         "tangent_s": quickest(lambda: rubber.tangent(state)),
         "factor_s": quickest(lambda: Refined(workspaces, blocks)),
         "solve_s": quickest(lambda: refined.checked(b)),

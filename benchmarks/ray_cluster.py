@@ -110,7 +110,7 @@ def start(cluster: Cluster, nodes: Network, heard: Heard) -> dict[str, Any]:
     time.sleep(3.0)
     return {
         "until all rooms tick [s]": round(took, 1),
-        "rooms of each node": [len(heard.at(node)) for node in NODES],
+        "rooms of each node": [len(heard.of_node(node)) for node in NODES],
         "processors of each node": nodes.in_use(10.0),
         "memory of each node [MB]": [nodes.memory(node) for node in NODES],
     }
@@ -127,7 +127,7 @@ def lateness(cluster: Cluster, nodes: Network, heard: Heard) -> dict[str, Any]:
         process.kill()
         process.wait()
     late = {"actors": list[float](), "beside": list[float]()}
-    for room in heard.at(2):
+    for room in heard.of_node(2):
         kind = "beside" if room.startswith("beside") else "actors"
         late[kind] += [one.late for one in heard.since(room, when)]
     for room in [room for room in heard.rooms if room.startswith("beside")]:
@@ -142,10 +142,10 @@ def lateness(cluster: Cluster, nodes: Network, heard: Heard) -> dict[str, Any]:
 def lose_rooms(cluster: Cluster, nodes: Network, heard: Heard) -> dict[str, Any]:
     """Kill a room; kill, cut off and pause a node."""
     reported = dict[str, Any]()
-    room, when = heard.at(2)[0], time.monotonic()
+    room, when = heard.of_node(2)[0], time.monotonic()
     os.kill(heard.rooms[room][-1].pid, signal.SIGKILL)
     reported["room killed: silent [s]"] = heard.silences([room], when)
-    rooms = heard.at(3)
+    rooms = heard.of_node(3)
     when = nodes.signal(3, signal.SIGKILL)
     reported["node killed: silent [s]"] = heard.silences(rooms, when, 3)
     for what in ("cut off", "paused"):
@@ -155,7 +155,7 @@ def lose_rooms(cluster: Cluster, nodes: Network, heard: Heard) -> dict[str, Any]
         for room in list(heard.rooms)[:6]:  # some come back on the new node
             os.kill(heard.rooms[room][-1].pid, signal.SIGKILL)
         time.sleep(8.0)
-        rooms = heard.at(3)
+        rooms = heard.of_node(3)
         cut = what == "cut off"
         when = nodes.cable(3, "down") if cut else nodes.signal(3, signal.SIGSTOP)
         reported[f"node {what}: silent [s]"] = heard.silences(rooms, when, 3)
@@ -171,7 +171,7 @@ def lose_rooms(cluster: Cluster, nodes: Network, heard: Heard) -> dict[str, Any]
 
 def lose_head(cluster: Cluster, nodes: Network, heard: Heard) -> dict[str, Any]:
     """Kill the head, and start it again after a minute."""
-    rooms = heard.at(2)
+    rooms = heard.of_node(2)
     when = nodes.signal(1, signal.SIGKILL)
     time.sleep(_AWAY)
     cluster.start(1)

@@ -124,10 +124,10 @@ class TimedResponse:
         """As the response's."""
         return self.response.displacement
 
-    def at(self, vertices: Ints) -> Floats:
+    def displacement_of(self, vertices: Ints) -> Floats:
         """As the response's."""
         with self.body.timed():
-            return self.response.at(vertices)
+            return self.response.displacement_of(vertices)
 
     def without(self, loads: slice, forces: Floats, vertices: Ints) -> Floats:
         """As the response's."""

@@ -64,11 +64,11 @@ def _hand(scene: Scene, body: Body, user: int) -> Mover:
     """A hand of the scene, in the air at first."""
     info, script = describe(body), scene.script(user)
     intention = script.intention(info.center, info.radius)
-    state = HandState(intention.at(0.0), ZERO)
+    state = HandState(intention.position(0.0), ZERO)
 
     def mover(now: float, force: Vec3) -> Vec3:
         nonlocal state
-        state = move(state, script.hand, intention.at(now), force, STEP)
+        state = move(state, script.hand, intention.position(now), force, STEP)
         return state.position
 
     return mover

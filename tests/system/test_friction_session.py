@@ -102,7 +102,7 @@ def play(body: Balloon, delay: float, *, drags: tuple[float, float]) -> Played:
     hands: list[tuple[StickingHand, StickingHand]] = []
     for script, intention, k in zip(scripts, intentions, stiffness, strict=True):
         contact = touch_down(
-            body, np.array(intention.at(0.0)), np.array(intention.direction), alone
+            body, np.array(intention.position(0.0)), np.array(intention.direction), alone
         )
         off, out = (0.0, 1.0) if script.drag else (1.0, 1.0)
         hands.append(

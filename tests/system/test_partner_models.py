@@ -149,9 +149,9 @@ class Further(Intention):
 
     __slots__ = ()
 
-    def at(self, t: float) -> Vec3:
+    def position(self, t: float) -> Vec3:
         further = FURTHER if t > PRESSES + self.approach_at - 1.0 else 0.0
-        return add(super().at(t), scale(self.direction, further))
+        return add(super().position(t), scale(self.direction, further))
 
 
 def press_of_another(

@@ -33,7 +33,7 @@ class Dip:
     def __init__(self, face: float, depth: float = DEPTH, out: float = 1.0) -> None:
         self.face, self.depth, self.out = face, depth, out
 
-    def at(self, t: float) -> Vec3:
+    def position(self, t: float) -> Vec3:
         """Position of the tip [m]."""
         fraction = min(1.0, max(0.0, t - 0.3))
         return (0.001, 0.002, self.face + self.out * (0.01 - (0.01 + self.depth) * fraction))

@@ -61,7 +61,7 @@ class SimulatedDevice:
         self._hand = hand
         self._intention = intention
         self._waits = waits
-        self._state = HandState(intention.at(0.0), ZERO)
+        self._state = HandState(intention.position(0.0), ZERO)
         self._force = ZERO
         self._start: float | None = None
         self._now = 0.0
@@ -82,7 +82,7 @@ class SimulatedDevice:
         remaining = min(passed, _MAX_CATCH_UP)
         while remaining > 1e-9:
             dt = min(remaining, _SUBSTEP)
-            target = self._intention.at(now - remaining + dt - self._start)
+            target = self._intention.position(now - remaining + dt - self._start)
             self._move(target, dt)
             remaining -= dt
         self._now = now

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 from cohaptic.control.geometry import Sight
 from cohaptic.control.hand_model import contact_forces, stiffness
 from cohaptic.vec import add, lerp, scale
-from cohaptic_client.loop.replica import NUMBERS, Answer, Replica, at, shown_numbers
+from cohaptic_client.loop.replica import NUMBERS, Answer, Replica, place_of, shown_numbers
 from cohaptic_client.loop.safety import EXTERNAL_RATE
 
 # s in which a step fades that partners make when they come, go or lose their models. A force of
@@ -81,7 +81,7 @@ def answer(replica: Replica, sight: Sight, fraction: float, own: OwnHand, dt: fl
         numbers = shown_numbers(replica, fraction)
         weight = own.trusted * numbers[0]
         C, max_force, without = _coupling(replica, numbers, weight, own, dt)
-        wanted = [numbers[at(j)] for j in range(len(replica.news.partners))]
+        wanted = [numbers[place_of(j)] for j in range(len(replica.news.partners))]
         old = wishes or wanted
         depth, before = [sight.depth + without], [sight.depth + without - own.moved_in]
         # (3.15) x_j = q_j - y'_j, with q_j = wish and y'_j = deflection.y; the own x as it is
@@ -247,7 +247,7 @@ def _coupling(
     C[0][0] = 1.0 / (own.k_h * given)
     there = min(1.0, math.sqrt(1.0 / (own.k_h * own.c_ii)))
     for j in range(n - 1):
-        i, to = at(j), j + 1
+        i, to = place_of(j), j + 1
         # A stiffer contact than this would let a period's force throw the model to and fro.
         C[to][to] = max(numbers[i + 3], dt * dt / replica.models[to].mass)
         for k in range(to):

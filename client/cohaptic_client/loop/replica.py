@@ -119,7 +119,7 @@ def numbers_of(partners: Partners) -> list[float]:
     return numbers
 
 
-def at(j: int) -> int:
+def place_of(j: int) -> int:
     """Return the place of the first number of partner `j` in `numbers_of`."""
     return 1 + NUMBERS * j + j * (j + 1) // 2
 
@@ -156,7 +156,9 @@ def follow(replica: Replica | None, news: Partners, fraction: float, way: float 
         bends = list[float]()
         if fraction >= 1.0 and 0.0 < way < math.inf:
             bends = [
-                _bend(replica.before[at(j)], replica.after[at(j)], after[at(j)], way)
+                _bend(
+                    replica.before[place_of(j)], replica.after[place_of(j)], after[place_of(j)], way
+                )
                 for j in range(len(news.partners))
             ]
         before = shown_numbers(replica, fraction)
@@ -230,7 +232,7 @@ def shown_numbers(replica: Replica, fraction: float) -> list[float]:
         return replica.after
     numbers = [a + fraction * (b - a) for a, b in zip(replica.before, replica.after, strict=True)]
     for j, bend in enumerate(replica.bends):
-        numbers[at(j)] += fraction * (fraction - 1.0) * bend
+        numbers[place_of(j)] += fraction * (fraction - 1.0) * bend
     return numbers
 
 

@@ -77,7 +77,7 @@ class OnRails:
         """Return the place of the tip on its path."""
         self._start = now if self._start is None else self._start
         t = now - self._start
-        tip = add(self._intention.at(t), scale(self._intention.direction, self._sways(t)))
+        tip = add(self._intention.position(t), scale(self._intention.direction, self._sways(t)))
         before = self.track.tips[-1] if self.track.tips else tip
         velocity = scale(sub(tip, before), 1.0 / PERIOD)
         self.track.tips.append(tip)

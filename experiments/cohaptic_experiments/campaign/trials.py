@@ -177,6 +177,6 @@ def contact_compliance(body: Body, points: Floats) -> Floats:
     every = np.arange(len(still))
     C = np.empty((len(loads), len(loads)))
     for i, load in enumerate(loads):
-        field = body.respond([replace(load, force=1.0)]).at(every)
+        field = body.respond([replace(load, force=1.0)]).displacement_of(every)
         C[i] = [float(other.weights @ field[other.vertices] @ other.direction) for other in loads]
     return 0.5 * (C + C.T)

@@ -70,7 +70,7 @@ def record(
             probe = _depth(press, np.array(user.state.probe))
             proxy = _proxy(session, user, press)
             # A script's time begins with the first period.
-            intended = _depth(press, np.array(press.at(session.now - begin - PERIOD)))
+            intended = _depth(press, np.array(press.position(session.now - begin - PERIOD)))
             table[name][k] = (probe, proxy, user.force[-1], user.felt[-1], intended)
         if k % 500 == 0:
             progress(k / n)

@@ -68,9 +68,9 @@ class Moving(Intention):
     begin: float = field(default_factory=lambda: _BEGIN)
     end: float = field(default_factory=lambda: _END)
 
-    def at(self, t: float) -> Vec3:
+    def position(self, t: float) -> Vec3:
         """Return the intended position [m] of the tip at the time `t` [s]."""
-        tip = Intention.at(self, t)
+        tip = Intention.position(self, t)
         much = ease((t - self.begin) / 0.5) * (1.0 - ease((t - self.end) / 0.5))
         if much <= 0.0:
             return tip

@@ -75,7 +75,7 @@ class Way:
         """When the hand is out again [s]."""
         return self.steady[1] + SPEED_UP + DIP
 
-    def at(self, t: float) -> Vec3:
+    def position(self, t: float) -> Vec3:
         """Where the tip is at `t` [m]."""
         angle = self.rate * self._slid(t)
         dip = ease((t - REST) / DIP) * (1.0 - ease((t - self.steady[1] - SPEED_UP) / DIP))
@@ -91,7 +91,7 @@ class Way:
 class Path(Protocol):
     """Where a tip is at any time."""
 
-    def at(self, t: float) -> Vec3:
+    def position(self, t: float) -> Vec3:
         """Position at a time [m]."""
         ...
 
@@ -113,7 +113,7 @@ class GuidedHand:
         """The tip at `now`."""
         self._start = now if self._start is None else self._start
         t = now - self._start
-        before, position = self._way.at(t - PERIOD), self._way.at(t)
+        before, position = self._way.position(t - PERIOD), self._way.position(t)
         velocity = tuple((b - a) / PERIOD for a, b in zip(before, position, strict=True))
         return DeviceSample(position, (velocity[0], velocity[1], velocity[2]))
 
@@ -178,7 +178,7 @@ def measure(
     # The first period is the device's time 0.
     first, middle, last = (round(t / PERIOD) for t in (way.start, *way.steady))
     felt = forces[first:last]
-    reference = true_forces(body, [way.at(i * PERIOD) for i in range(first, last)])
+    reference = true_forces(body, [way.position(i * PERIOD) for i in range(first, last)])
     errors = np.abs(felt - reference) / reference
     starting, error = np.split(errors, [middle - first])
     change = (np.abs(np.diff(felt)) / reference[1:])[middle - first :]

@@ -71,7 +71,7 @@ def slide(
     start, first, last = (round(t / PERIOD) for t in (way.start, *way.steady))
     felt = forces[first:last]
     some = range(first, last, max(1, (last - first) // 16))
-    reference = true_forces(exact, [way.at(i * PERIOD) for i in some])
+    reference = true_forces(exact, [way.position(i * PERIOD) for i in some])
     there = felt[[i - first for i in some]]
     return Steps(
         float((np.abs(np.diff(felt)) / felt[1:]).max()),

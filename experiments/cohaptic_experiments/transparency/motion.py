@@ -42,10 +42,10 @@ class Probing(Intention):
     further: float = 0.0
     within: float = 0.02
 
-    def at(self, t: float) -> Vec3:
+    def position(self, t: float) -> Vec3:
         """Return the intended position [m] of the tip at the time `t` [s]."""
         # Dataclasses with slots are made anew, so that `super()` without arguments does not work.
-        tip = Intention.at(self, t)
+        tip = Intention.position(self, t)
         since = t - self.at_time
         if since <= 0.0:
             return tip

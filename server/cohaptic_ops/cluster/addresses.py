@@ -8,7 +8,7 @@ import socket
 from cohaptic.errors import SettingError
 
 
-def at(host: str, port: int) -> str:
+def host_port(host: str, port: int) -> str:
     """Return an address as HOST:PORT, with brackets around an IPv6 host."""
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
 

@@ -315,11 +315,11 @@ def is_plain_balloon(room: RoomTable) -> bool:
 def _placed(table: RoomTable, folder: Path) -> RoomTable:
     """Resolve the file names in a room's table against the folder of the configuration."""
 
-    def at(written: str | Path) -> Path:
+    def resolved(written: str | Path) -> Path:
         return folder / at_home(Path(written))
 
-    body = str(at(table.body)) if is_file(table.body) else table.body
-    placed = {name: at(path) for name, path in _object_files(table.object)}
+    body = str(resolved(table.body)) if is_file(table.body) else table.body
+    placed = {name: resolved(path) for name, path in _object_files(table.object)}
     return table.model_copy(update={"body": body, "object": table.object.model_copy(update=placed)})
 
 

@@ -15,7 +15,7 @@ import cohaptic
 from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic.room_address import below
-from cohaptic_ops.cluster.addresses import at, host_of, is_here, own_address
+from cohaptic_ops.cluster.addresses import host_of, host_port, is_here, own_address
 from cohaptic_ops.cluster.engine import Engine
 from cohaptic_ops.cluster.node import Node, NodeHooks
 from cohaptic_ops.cluster.places import Places
@@ -194,13 +194,13 @@ class RoomsServer:
         if ip_address(host).is_loopback and not all(is_here(one, host) for one in table.witnesses):
             limit = "an address at which the other machines reach the first one, not a loopback one"
             raise SettingError("--cluster", table.engine, limit)
-        witnesses = [at(one, table.port) for one in table.witnesses]
+        witnesses = [host_port(one, table.port) for one in table.witnesses]
         witness = any(is_here(one, host) for one in table.witnesses)
         leads = is_here(host_of(table.engine), host)
         engine = Engine(table.engine, host, MACHINE, leads=leads, watches=witness)
         return Node(
-            at(host, table.port), tuple(witnesses), witness, table.term, engine, places, here,
-            MACHINE, processors(),
+            host_port(host, table.port), tuple(witnesses), witness, table.term, engine, places,
+            here, MACHINE, processors(),
         )  # fmt: skip
 
     def _host(self, room: str) -> None:

@@ -133,7 +133,7 @@ class Response(Protocol):
         """
         ...
 
-    def at(self, vertices: Ints) -> Floats:
+    def displacement_of(self, vertices: Ints) -> Floats:
         """Return the displacement of some vertices under all loads, shape (k, 3) [m]."""
         ...
 
@@ -172,7 +172,7 @@ class DenseResponse:
         for name in ("displacement", "fields"):
             object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), np.float64))
 
-    def at(self, vertices: Ints) -> Floats:
+    def displacement_of(self, vertices: Ints) -> Floats:
         """Return the displacement of some vertices under all loads, shape (k, 3) [m]."""
         return np.asarray(self.displacement[vertices])
 

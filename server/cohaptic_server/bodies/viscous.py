@@ -98,9 +98,9 @@ class ViscousResponse:
         """Displacement of every vertex, shape (n, 3) [m]."""
         return self.elastic.displacement
 
-    def at(self, vertices: Ints) -> Floats:
+    def displacement_of(self, vertices: Ints) -> Floats:
         """Return the displacement of some vertices, shape (k, 3) [m]."""
-        return self.elastic.at(vertices)
+        return self.elastic.displacement_of(vertices)
 
     def without(self, loads: slice, forces: Floats, vertices: Ints) -> Floats:
         """Return the displacement of some vertices without some present loads, shape (k, 3) [m]."""

@@ -66,7 +66,7 @@ def pressed(loads: Sequence[Load], forces: Sequence[float] | Floats) -> list[Loa
 
 def depth(load: Load, response: Response) -> float:
     """Return the displacement of a contact along its force [m]."""
-    return float(load.weights @ (response.at(load.vertices) @ load.direction))
+    return float(load.weights @ (response.displacement_of(load.vertices) @ load.direction))
 
 
 def depths(loads: Sequence[Load], response: Response) -> Floats:
@@ -307,7 +307,7 @@ def parts_of_a_response_agree(subject: Subject) -> None:
     some = np.arange(0, len(body.mesh.vertices), 3)
     u, limit = response.displacement, _tolerance(subject)
     assert u.shape == body.mesh.vertices.shape, f"shape of the displacement is {u.shape}"
-    _near(response.at(some), u[some], limit, "at() and displacement")
+    _near(response.displacement_of(some), u[some], limit, "at() and displacement")
     for i, load in enumerate(loads):
         force = subject.forces[i : i + 1]
         free = response.without(slice(i, i + 1), force, load.vertices)

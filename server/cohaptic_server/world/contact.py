@@ -113,7 +113,7 @@ class Contacts(NamedTuple):
     vertices: Ints
     weights: Floats
 
-    def at(self, i: int) -> Contact:
+    def contact(self, i: int) -> Contact:
         """Return contact `i`."""
         own = slice(self.starts[i], self.starts[i + 1])
         slope = float(self.slopes[i])

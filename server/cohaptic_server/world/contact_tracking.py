@@ -128,7 +128,7 @@ def _follow(
         if user == n:
             return contacts, surfaces, places
         row = int(before[user])
-        free, hint = state.free_field(row), old.at(row) if row >= 0 else None
+        free, hint = state.free_field(row), old.contact(row) if row >= 0 else None
         on: Field = free
         if isinstance(free, CachedField):
             a, b = surfaces.starts[row : row + 2].tolist()

@@ -391,7 +391,7 @@ def _tips(hands: Sequence[StickingHand], force: Floats) -> Floats:
 
 def _displaced(contact: Contact, response: Response) -> Floats:
     """Return the displaced position of the material point of a contact, shape (3,) [m]."""
-    return np.asarray(contact.point + contact.weights @ response.at(contact.vertices))
+    return np.asarray(contact.point + contact.weights @ response.displacement_of(contact.vertices))
 
 
 def _in_space(compliance: Floats, presses: Sequence[Press]) -> Floats:

@@ -213,7 +213,7 @@ class Users(Mapping[int, UserState]):
         frictional = tracked.touches[i].who.friction
         return UserState(
             touch=tracked.touches[i],
-            contact=tracked.contacts.at(i),
+            contact=tracked.contacts.contact(i),
             presence=float(applied.presence[i]),
             force=float(applied.force[i]),
             tangential=applied.tangential[i] if frictional else None,

@@ -160,7 +160,7 @@ def reference_drag(scene: Scene, body: Body) -> Drag:
     for user in (RIGHT, LEFT):
         script = scene.script(user)
         intention = script.intention(info.center, info.radius)
-        start, inward = np.array(intention.at(0.0)), np.array(intention.direction)
+        start, inward = np.array(intention.position(0.0)), np.array(intention.direction)
         contact = touch_down(body, start, inward, held)
         levels = (0.0, 1.0) if intention.drags else (1.0, 1.0)
         before, after = (

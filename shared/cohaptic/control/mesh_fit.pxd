@@ -43,7 +43,7 @@ cdef class MeshFit:
                    ax=double, ay=double, az=double, ux=double, uy=double, uz=double,
                    length=double, bending=double, foot=double, deep=double,
                    v=double[::1])
-    cpdef object at(self, double px, double py, double pz, double depth)
+    cpdef object evaluate(self, double px, double py, double pz, double depth)
     @cython.locals(square=double, fraction=double)
     cdef double below(self, double depth) noexcept
     @cython.locals(k=Py_ssize_t, at=Py_ssize_t, below=double, dx=double, dy=double, dz=double,

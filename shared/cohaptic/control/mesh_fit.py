@@ -148,7 +148,7 @@ class MeshFit:
             self.deepest = DEEPEST * total / self.count
 
     # Above 60 lines: a dozen sums over the vertices, and the surface computed from them.
-    def at(
+    def evaluate(
         self, px: float, py: float, pz: float, depth: float
     ) -> tuple[float, float, float, float, float, float] | None:
         """Evaluate the fitted surface at a probe; return None if no vertex is near.

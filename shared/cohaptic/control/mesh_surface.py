@@ -130,7 +130,7 @@ class LineError:
         near = _NEAR * self._reach
         return smooth((dot(away, away) - along * along) / (near * near) - 1.0)
 
-    def at(self, probe: Vec3, depth: float) -> Beside:
+    def beside(self, probe: Vec3, depth: float) -> Beside:
         """Return the error at a probe, and the weight that the vertices should have there.
 
         Args:
@@ -178,7 +178,9 @@ class LineError:
 
     def _measured(self, depth: float) -> Error:
         x, n = self._base.x_free, self._base.normal
-        fit = self._fit.at(x[0] - depth * n[0], x[1] - depth * n[1], x[2] - depth * n[2], depth)
+        fit = self._fit.evaluate(
+            x[0] - depth * n[0], x[1] - depth * n[1], x[2] - depth * n[2], depth
+        )
         if fit is None:
             return _NO_SURFACE
         found, nx, ny, nz, c_ii, _ = fit
@@ -226,12 +228,12 @@ class MeshSurface:
         self._fit: Final = MeshFit(rest, facts, base.normal)
         self._error: Final = LineError(self._fit, base, moved)
         # Normals of the nearest vertices are computed now, not in the period that first uses them.
-        self._error.at(base.x_free, 0.0)
+        self._error.beside(base.x_free, 0.0)
 
     def look(self, probe: Vec3) -> Sight:
         """Evaluate the surface at the position `probe` [m]."""
         sight = self._base.look(probe)
-        fit = self._fit.at(probe[0], probe[1], probe[2], sight.depth)
+        fit = self._fit.evaluate(probe[0], probe[1], probe[2], sight.depth)
         if fit is None:
             return sight
         estimate, shown, lost = sight.depth, 1.0, self._error.lost(probe)
@@ -245,7 +247,7 @@ class MeshSurface:
             # Mix magnitudes: two signs could mix to a depth of 0, where the fit finds no vertices.
             near = abs(estimate) + theirs * (abs(depth) - abs(estimate))
             estimate += theirs * (depth - estimate)
-            fit = self._fit.at(probe[0], probe[1], probe[2], near)
+            fit = self._fit.evaluate(probe[0], probe[1], probe[2], near)
             if fit is None:
                 return sight
         depth, nx, ny, nz, c_ii, inner = fit
@@ -253,7 +255,7 @@ class MeshSurface:
         s = shown * smooth((inner - _OUTER) / (enough - _OUTER))
         if s <= 0.0:
             return sight
-        trust, soft, depth_error, c_factor, tx, ty, tz = self._error.at(probe, estimate)
+        trust, soft, depth_error, c_factor, tx, ty, tz = self._error.beside(probe, estimate)
         s *= trust
         least, limit = min(c_ii, sight.c_ii / _BESIDE), _BESIDE * sight.c_ii
         c_here = min(max(c_ii * c_factor, least), limit)

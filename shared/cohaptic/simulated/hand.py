@@ -132,7 +132,7 @@ class Intention:
         travel = -self.clearance + (self.clearance + self.depth) * level
         return add(self.surface, scale(self.direction, travel))
 
-    def at(self, t: float) -> Vec3:
+    def position(self, t: float) -> Vec3:
         """Return the intended position [m] of the tip at the time `t` [s]."""
         tip = self.tip(self.level(t))
         if not self.drags:

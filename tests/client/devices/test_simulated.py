@@ -28,7 +28,7 @@ def run(device: Device, start: float, seconds: float, force: Vec3 = ZERO) -> Dev
 def test_a_hand_that_waits_begins_when_it_is_engaged_and_no_second_time() -> None:
     now, waiting = SimulatedDevice(HAND, PRESSING), SimulatedDevice(HAND, PRESSING, waits=True)
     still = run(waiting, 0.0, 2.0)
-    assert still == DeviceSample(PRESSING.at(0.0), ZERO, 0.0)
+    assert still == DeviceSample(PRESSING.position(0.0), ZERO, 0.0)
     waiting.engaged(2.0)
     first, later = run(now, 0.0, 0.4), run(waiting, 2.0, 0.4)
     assert norm(sub(first.position, later.position)) < ROUNDING

@@ -13,7 +13,7 @@ from typing import cast
 import pytest
 
 from cohaptic.clock import SystemClock
-from cohaptic_ops.cluster.addresses import at
+from cohaptic_ops.cluster.addresses import host_port
 from cohaptic_ops.cluster.engine import Engine
 from cohaptic_ops.cluster.lines import Command, Pass
 from cohaptic_ops.cluster.node import Node, NodeHooks
@@ -135,7 +135,7 @@ async def _cluster(always: tuple[str, ...] = ROOMS) -> AsyncGenerator[_Cluster]:
     servers = {host: _Server() for host in HOSTS}
     nodes = {
         host: Node(
-            at(host, port), tuple(at(one, port) for one in HOSTS), True, TERM,
+            host_port(host, port), tuple(host_port(one, port) for one in HOSTS), True, TERM,
             cast(Engine, engine),
             Places(dict.fromkeys(ROOMS, 0.1), always), servers[host].here(), clock, 1.0,
         )

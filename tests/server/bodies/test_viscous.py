@@ -76,4 +76,4 @@ def test_a_probe_that_lets_go_is_free_of_its_own_force_only() -> None:
     end = solid().respond([load])
     free = first.without(slice(0, 1), np.array([2.0]), every)
     assert free == pytest.approx(first.displacement - end.displacement, abs=1e-9)
-    assert first.at(every[:5]) == pytest.approx(first.displacement[:5])
+    assert first.displacement_of(every[:5]) == pytest.approx(first.displacement[:5])

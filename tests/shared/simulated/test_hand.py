@@ -63,7 +63,7 @@ def test_a_rhythm_is_continuous_and_repeats(period: float, t: float) -> None:
 def test_a_script_presses_straight_towards_the_middle(angle: float, depth: float, t: float) -> None:
     center = (0.3, -0.1, 0.2)
     intention = HandScript(angle=angle, depth=depth).intention(center, 0.1)
-    distance = norm(sub(intention.at(t), center))
+    distance = norm(sub(intention.position(t), center))
     assert 0.1 - depth - 1e-9 <= distance <= 0.1 + intention.clearance + 1e-9
     assert norm(sub(intention.tip(1.0), center)) == pytest.approx(0.1 - depth)
 

@@ -254,7 +254,7 @@ class FilledSheet:
         self._sheet, self.dof, self._volume = sheet, dof, volume
         self._workspace = Workspace(sheet.analysis)
 
-    def at(self, x: Floats, pressure: float) -> FilledState:
+    def state(self, x: Floats, pressure: float) -> FilledState:
         """Return the state at some vertex positions and a known pressure.
 
         Args:
@@ -379,7 +379,7 @@ class RubberBalloon:
             sheet = RubberSheet(membrane, number, analysis)
             filled = FilledSheet(sheet, dofs(np.flatnonzero(free)[analysis.order]), self.volume)
             self._newton = NewtonIteration(filled)
-            rest = self._newton.at_rest(filled.at(x, inflated.pressure))
+            rest = self._newton.at_rest(filled.state(x, inflated.pressure))
             if rest is not None:
                 self._rest = rest
                 return

@@ -160,9 +160,9 @@ class ModalResponse:
         swing = np.tensordot(self.deviation[:, 0], self.modes.shapes, axes=1)
         return np.asarray(self.elastic.displacement + swing)
 
-    def at(self, vertices: Ints) -> Floats:
+    def displacement_of(self, vertices: Ints) -> Floats:
         """Return the displacement of some vertices with the whole swing, shape (k, 3) [m]."""
-        return self.elastic.at(vertices) + self._swing(vertices)
+        return self.elastic.displacement_of(vertices) + self._swing(vertices)
 
     def without(self, loads: slice, forces: Floats, vertices: Ints) -> Floats:
         """Return the displacement of some vertices as hands feel it, without some loads [m].

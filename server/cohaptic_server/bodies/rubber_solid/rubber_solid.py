@@ -109,7 +109,7 @@ class RubberSolid:
         size = self.mesh.size
         limits = TickLimits(_STEPS, min(MAX_MOVE, _MOVE * size), min(CHORD, _CHORD * size))
         self._newton = NewtonIteration(self.rubber, limits)
-        state = self.rubber.at(self.shape.nodes)
+        state = self.rubber.state(self.shape.nodes)
         rest = None if state is None else self._newton.at_rest(state)
         if rest is None:
             raise BodyError("the solid is not stable at rest: are its tetrahedra nearly flat?")

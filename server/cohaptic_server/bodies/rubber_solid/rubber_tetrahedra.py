@@ -275,7 +275,7 @@ class RubberTetrahedra:
         F = state.corners @ self._tables.interpolation
         return np.asarray(F.transpose(0, 2, 1).reshape(*state.J.shape, 3, 3))
 
-    def at(self, x: Floats, least: Floats | float = 0.0) -> SolidState | None:
+    def state(self, x: Floats, least: Floats | float = 0.0) -> SolidState | None:
         """Return the state of the solid with its nodes at `x`.
 
         Args:
@@ -352,7 +352,7 @@ class RubberTetrahedra:
     def displaced(self, state: SolidState, step: Floats, external: Floats) -> SolidState | None:
         """Return the state after a step; None if J falls below its limits, as for `at`."""
         del external
-        return self.at(state.x + step, _MIN_FRACTION * np.minimum(state.J, 1.0))
+        return self.state(state.x + step, _MIN_FRACTION * np.minimum(state.J, 1.0))
 
     def residual(self, state: SolidState, external: Floats) -> Floats:
         """Return the external forces less the internal forces, shape (n, 3) [N]."""

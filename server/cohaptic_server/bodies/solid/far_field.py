@@ -85,7 +85,7 @@ class FarField:
         sums = np.empty(9 * m, dtype=np.float32)
         kernels.respond(self.compliance.reshape(m, 9 * m), spread, sums, out.reshape(9 * m))
 
-    def at(self, values: Floats, vertices: Ints) -> Floats:
+    def interpolated(self, values: Floats, vertices: Ints) -> Floats:
         """Interpolate a displacement from the samples at some vertices.
 
         Args:

@@ -130,9 +130,9 @@ class SolidResponse:
 
     @cached_property
     def _displacement(self) -> Floats:
-        return self.at(np.arange(len(self.around.mesh.vertices)))
+        return self.displacement_of(np.arange(len(self.around.mesh.vertices)))
 
-    def at(self, vertices: Ints) -> Floats:
+    def displacement_of(self, vertices: Ints) -> Floats:
         """Return the displacement of some vertices, shape (k, 3) [m]."""
         return self._by(self._on_contacts, self._samples, vertices)
 
@@ -155,7 +155,7 @@ class SolidResponse:
             vertices: Vertices at which the displacement is computed, shape (v,).
         """
         around = self.around
-        u = around.far_field.at(samples, vertices)
+        u = around.far_field.interpolated(samples, vertices)
         found = np.empty(len(self.contacts), dtype=np.int64)
         # Most contacts are far from most vertices.
         count = around.columns.kernel.reachable(vertices, self._centres, around.reach, found)

@@ -202,7 +202,7 @@ def turned_loop(
     root = np.diag(np.sqrt(K[owner]))
     for k, i in enumerate(turned):
         own_rows = slice(len(users) + 2 * k, len(users) + 2 * k + 2)
-        root[own_rows, own_rows] = np.sqrt(K[i]) * root_of_gain(mesh, contacts.at(i))
+        root[own_rows, own_rows] = np.sqrt(K[i]) * root_of_gain(mesh, contacts.contact(i))
     S = root @ C @ root
     return Turned(0.5 * (S + S.T), 2 * len(turned))
 

@@ -86,7 +86,7 @@ def observe(tick: Tick) -> None:
             break
         a, b = starts[user : user + 2].tolist()
         elsewhere = FreeField(response, forces[a:b], slice(a, b))
-        x_free[user] = contacts.at(user).moved(elsewhere)
+        x_free[user] = contacts.contact(user).moved(elsewhere)
         user += 1
     height, shown = np.empty(n), None
     heights(contacts.frames, tracked.probes, x_free, height)

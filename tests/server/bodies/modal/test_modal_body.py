@@ -51,7 +51,7 @@ def test_hands_are_shown_a_share_of_the_swing_and_everybody_sees_all_of_it() -> 
     some = np.arange(0, len(solid().mesh.vertices), 7)
     before = body.respond([load]).showing(0.25)
     after = body.respond([], before)
-    swing = after.at(some)  # nothing presses any more
+    swing = after.displacement_of(some)  # nothing presses any more
     assert np.abs(swing).max() > 1e-3
     nothing = np.zeros(0)
     assert after.without(slice(0, 0), nothing, some) == pytest.approx(0.25 * swing)

@@ -111,7 +111,7 @@ def test_a_rigid_motion_stores_no_energy_and_takes_no_force(seed: int, order: in
     rng = np.random.default_rng(seed)
     Q, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     Q *= np.sign(np.linalg.det(Q))
-    state = rubber.at(x @ Q.T + rng.normal(size=3))
+    state = rubber.state(x @ Q.T + rng.normal(size=3))
     assert state is not None
     volume = small(order).shape.tets.volume
     assert abs(state.energy) < 1e-10 * rubber.material.mu[0] * volume
@@ -130,12 +130,12 @@ def test_forces_and_tangent_are_derivatives_of_energy(seed: int, order: int) -> 
     free = ~body.shape.fixed
     moved[free] = rest[free] @ bend + 1e-3 * rng.normal(size=(int(free.sum()), 3))
     x = rest + 0.5 * moved
-    state = rubber.at(x)
+    state = rubber.state(x)
     assume(state is not None)  # a few of these draws turn an element inside out
     assert state is not None
     way, h = np.zeros_like(rest), 1e-6
     way.reshape(-1)[rubber.dof] = rng.normal(size=rubber.dof.size)
-    up, down = rubber.at(x + h * way), rubber.at(x - h * way)
+    up, down = rubber.state(x + h * way), rubber.state(x - h * way)
     assert up is not None
     assert down is not None
     slope = (up.energy - down.energy) / (2.0 * h)
@@ -217,7 +217,7 @@ def test_no_push_turns_an_element_inside_out_and_it_comes_back(
 @pytest.mark.parametrize("order", [1, 2])
 def test_what_is_inside_out_or_no_number_is_no_state(order: int) -> None:
     rubber, x = small(order).rubber, small(order).shape.nodes
-    assert rubber.at(x) is not None
+    assert rubber.state(x) is not None
     for bad in (x * [1.0, 1.0, -1.0], x * [1.0, 1.0, 0.0], np.full_like(x, np.nan)):
-        assert rubber.at(np.asarray(bad)) is None
-    assert rubber.at(x, 1.0 + 1e-9) is None
+        assert rubber.state(np.asarray(bad)) is None
+    assert rubber.state(x, 1.0 + 1e-9) is None

@@ -72,7 +72,7 @@ def test_far_away_it_agrees_with_the_solid(
     vertices, weights, _ = touch(one)
     push = np.array(d) / np.linalg.norm(d)
     true = true_field(vertices, weights, push)
-    reported = found.at(by_samples(vertices, weights, push), np.arange(len(true)))
+    reported = found.interpolated(by_samples(vertices, weights, push), np.arange(len(true)))
     x = soft_ring().mesh.vertices
     far = np.linalg.norm(x - weights @ x[vertices], axis=1) > 2.0 * found.spacing
     dent = np.linalg.norm(true, axis=1).max()
@@ -81,8 +81,8 @@ def test_far_away_it_agrees_with_the_solid(
     # What it says of two contacts does not depend on which of them pushes.
     other, fractions, _ = touch(two)
     pull = np.array(e) / np.linalg.norm(e)
-    back = found.at(by_samples(other, fractions, pull), vertices)
-    there = found.at(by_samples(vertices, weights, push), other)
+    back = found.interpolated(by_samples(other, fractions, pull), vertices)
+    there = found.interpolated(by_samples(vertices, weights, push), other)
     assert weights @ back @ push == pytest.approx(fractions @ there @ pull, abs=1e-5 * dent)
 
 

@@ -60,7 +60,7 @@ def test_with_its_columns_it_is_exact_near_and_almost_so_far_away(
     assert np.abs(response.compliance - true.compliance).max() < 0.08 * dent
     total = sum(load.force for load in loads)
     above = np.flatnonzero(body.mesh.vertices[:, 2] > -0.01)
-    gap = response.at(above) - true.displacement[above]
+    gap = response.displacement_of(above) - true.displacement[above]
     assert np.abs(gap).max() <= 0.08 * dent * total + 1e-12
 
 
@@ -127,7 +127,7 @@ def test_loads_of_one_contact_are_as_those_of_several(
     assert isinstance(one, SolidResponse)
     assert len(one.contacts) == 1
     at = body.mesh.near(stays.weights @ body.mesh.vertices[stays.vertices], 0.06)
-    assert one.at(at) == pytest.approx(other.at(at), abs=1e-12)
+    assert one.displacement_of(at) == pytest.approx(other.displacement_of(at), abs=1e-12)
     assert one.compliance == pytest.approx(other.compliance, rel=1e-9)
     forces = np.array([load.force for load in shared[:1]])
     assert one.without(slice(0, 1), forces, at) == pytest.approx(
