@@ -174,7 +174,8 @@ class SharedFactor:
     def read(self) -> Factor:
         """Return a factor that uses the shared numbers without a copy."""
         indices = {name: as_ints(shared) for name, shared in self._indices.items()}
-        return from_arrays({**indices, "values": self._numbers()}).times(self._multiple)
+        own = {"values": self._numbers(), "multiple": np.array(self._multiple)}
+        return from_arrays({**indices, **own})
 
     def problem(self) -> str:
         """Return an empty string: only the two processes that share the factor can change it."""
