@@ -29,8 +29,19 @@ def outcome(*checks: Check) -> Outcome:
     return Outcome(Figure(), Table(("a", "b"), [(1.0, None)]), numbers, checks)
 
 
+# Each takes ten seconds and more, also in its quick form.
+LONG = {"crowd", "delay", "ext2", "fig08", "slide"}
+
+
 # "hands" is run beside the tests of its campaign: one process compiles its kernel for all of them.
-@pytest.mark.parametrize("name", [name for name in EXPERIMENTS if name != "hands"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.night] if name in LONG else [])
+        for name in EXPERIMENTS
+        if name != "hands"
+    ],
+)
 def test_an_experiment_holds_and_writes_its_outcome(name: str, tmp_path: Path) -> None:
     check_quick_run(name, tmp_path)
 

@@ -17,6 +17,7 @@ def bench(*arguments: str) -> None:
     cohaptic.cli.app.main(["bench", "transparency", *arguments])
 
 
+@pytest.mark.night
 def test_a_measurement_is_shown_written_and_drawn(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -35,6 +35,7 @@ def balloon(small_balloon: Balloon) -> Balloon:
     return small_balloon
 
 
+@pytest.mark.night
 def test_without_lag_layer_and_delay_the_program_is_transparent(balloon: Balloon) -> None:
     """The program itself against the truth, which shares no code with its rooms and loops."""
     setting = Setting(balloon)
