@@ -32,6 +32,11 @@ def test_it_solves_as_the_factor_in_single_precision_does(factor: Factor) -> Non
     assert shared.bytes == factor.bytes // 2
 
 
+def test_a_multiple_is_shared_too(factor: Factor) -> None:
+    shared = SharedFactor(factor.times(4.0), multiprocessing.get_context("spawn")).read()
+    assert (4.0 * shared.solve(NODES, FORCES) == in_single(factor).solve(NODES, FORCES)).all()
+
+
 def test_another_process_maps_it(factor: Factor) -> None:
     context = multiprocessing.get_context("spawn")
     shared = SharedFactor(factor, context)
