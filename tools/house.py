@@ -45,6 +45,8 @@ def main() -> None:
     _show("of these shorter than 80 lines", len(short), _report(short), listed)
     print(f"{sum(modules.values()):>7,}  lines of the core")
     print(f"{places.comment_share():>7.1%}  of these with a comment")
+    print(f"{places.python_lines(of_tests=False):>7,}  lines of all Python but the tests")
+    print(f"{places.python_lines(of_tests=True):>7,}  lines of the tests")
 
 
 def _show_crossing(what: str, found: Crossing, listed: bool) -> None:

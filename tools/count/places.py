@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import subprocess
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -92,6 +93,14 @@ def modules(folders: Iterable[str] = CORE) -> dict[Path, int]:
     """Python modules that say more than a docstring, and their lines."""
     texts = {path: path.read_text("utf-8") for path in sources(folders, (".py",))}
     return {path: len(text.splitlines()) for path, text in texts.items() if _says_more(text)}
+
+
+def python_lines(*, of_tests: bool) -> int:
+    """Lines of all Python that git keeps: of the tests, or of everything else with its tools."""
+    listed = subprocess.run(["git", "ls-files", "*.py"], cwd=ROOT, capture_output=True, check=True)
+    names = listed.stdout.decode().split()
+    chosen = [name for name in names if name.startswith("tests/") == of_tests]
+    return sum(len((ROOT / name).read_text("utf-8").splitlines()) for name in chosen)
 
 
 def _says_more(text: str) -> bool:

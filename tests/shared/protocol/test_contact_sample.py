@@ -86,13 +86,15 @@ def test_an_absurd_anchor_names_value_and_limit() -> None:
 
 @pytest.mark.parametrize("anchor", [None, (0.1, 0.0, 0.0)])
 @pytest.mark.parametrize("deflection", [10.1, -10.1, math.nan, math.inf, -math.inf])
-def test_an_absurd_give_is_named_whoever_sends_it(anchor: Vec3 | None, deflection: float) -> None:
+def test_an_absurd_deflection_is_named_whoever_sends_it(
+    anchor: Vec3 | None, deflection: float
+) -> None:
     data = bytearray(GOOD._replace(anchor=anchor, deflection=0.01).encode())
     assert len(data) == SIZES[3 if anchor else 2] <= MAX_FRAME_BYTES
     struct.pack_into("<f", data, len(data) - 4, deflection)
-    with pytest.raises(RemoteProtocolError, match=r"^give is .*; expected from -10 to 10"):
+    with pytest.raises(RemoteProtocolError, match=r"^deflection is .*; expected from -10 to 10"):
         ContactSample.decode(bytes(data))
-    with pytest.raises(LocalProtocolError, match=r"^give is .*; expected from -10 to 10"):
+    with pytest.raises(LocalProtocolError, match=r"^deflection is .*; expected from -10 to 10"):
         GOOD._replace(anchor=anchor, deflection=deflection).encode()
 
 

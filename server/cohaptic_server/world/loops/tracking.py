@@ -15,6 +15,7 @@ from cohaptic_server.world.loops.rows import ContactRows, FieldRows, check_rows,
 _UNKNOWN = -1  # `contact_search.UNKNOWN`
 
 
+# Above 60 lines: the steps for one user share their bounds in the arrays; half are docs.
 def track(
     search: ContactSearch,
     field: LoadedField,

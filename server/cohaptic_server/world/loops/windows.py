@@ -16,6 +16,7 @@ from cohaptic_server.world.loops.rows import (
 _PLANE, _MESH = 1, 3  # values of `cohaptic.protocol.patch.Geometry`
 
 
+# Above 60 lines: one case after the other of one window, with the docs of nine arguments.
 def choose_windows(
     surface: PointTree,
     found: Ints,

@@ -96,7 +96,7 @@ def test_the_loop_is_that_of_a_room_of_those_who_press(room: Room, data: st.Data
     assert whole.inside.tolist() == inside.tolist()
     assert whole.stiffest == pytest.approx(part.stiffest)
     for name in (
-        "longest_delay", "damping_budget", "slowest", "weakest", "predictive", "papers",
+        "longest_delay", "damping_budget", "slowest", "weakest", "predictive", "paper_laws",
     ):  # fmt: skip
         assert getattr(whole, name) == getattr(part, name)
     assert whole.S[np.ix_(rows, rows)] == pytest.approx(part.S, abs=1e-9)
