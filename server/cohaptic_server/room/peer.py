@@ -58,6 +58,7 @@ class LogLine:
             omitted.
         event: Machine-readable name of the event.
         user: Name of the user whom the event concerns; empty if there is no name.
+        field: Field at fault of a refusal (`ProtocolError.field`); empty otherwise.
     """
 
     text: str
@@ -65,6 +66,7 @@ class LogLine:
     source: str = ""
     event: str = ""
     user: str = ""
+    field: str = ""
 
 
 @dataclass(slots=True)
@@ -82,11 +84,19 @@ class Outcome:
     log: list[LogLine] = field(default_factory=list[LogLine])
 
     def say(
-        self, event: str, text: str, source: str = "", *, user: str = "", warning: bool = False
+        self,
+        event: str,
+        text: str,
+        source: str = "",
+        *,
+        user: str = "",
+        field: str = "",
+        warning: bool = False,
     ) -> None:
         """Add one line to the log; unprintable characters, which strangers may send, become "?"."""
         line = one_line(text, _LONGEST_LINE)
-        self.log.append(LogLine(line, warning, source, event, one_line(user, _LONGEST_LINE)))
+        user, field = one_line(user, _LONGEST_LINE), one_line(field, _LONGEST_LINE)
+        self.log.append(LogLine(line, warning, source, event, user, field))
 
 
 NOTHING = Outcome()  # outcome of a sample: nothing is added to it, and the shell skips it

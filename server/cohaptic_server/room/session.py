@@ -37,6 +37,7 @@ class ServerSession:
         state: State of the participant.
         close: Code and reason with which the connection is to be closed; None while it stays open.
         outbox: Messages that wait to be sent to the client.
+        field: Field at fault of a client that was refused (`ProtocolError.field`); empty otherwise.
         problem: Reason why the newest patch could not be sent; empty if it was queued.
     """
 
@@ -46,7 +47,7 @@ class ServerSession:
         self._deadline = now + HELLO_TIMEOUT
         self._events: list[Message] = []
         self.outbox = Outbox()
-        self.problem = ""
+        self.problem = self.field = ""
         self._last_seq = 0
 
     def receive(self, data: str | bytes, now: float) -> None:
@@ -124,6 +125,7 @@ class ServerSession:
             event: What the end is for the participant; None for what the close code says.
         """
         if self.close is None:
+            self.field = error.field
             self.outbox.put(Error.of(error))  # if it does not fit, the close says the same
             self._end(event or closed_by_server(error.code), error.code.value, str(error))
 

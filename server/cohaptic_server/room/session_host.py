@@ -220,17 +220,21 @@ class SessionHost:
         reason = reason or (close[1] if close else "connection lost")
         if isinstance(peer.session, Watcher):
             self.scene_broadcast.leave(peer.session)
-            outcome.say("watcher_left", f"one who watches left: {reason}", peer.source)
+            words, field = f"one who watches left: {reason}", peer.session.field
+            outcome.say("watcher_left", words, peer.source, field=field)
         elif (name := self.session_setup.waiting.leave(peer, self._ticked)) is not None:
             sentence = f"{name} waits no more: {reason}"
-            outcome.say("waits_no_more", sentence, peer.source, user=name)
+            field = peer.session.field
+            outcome.say("waits_no_more", sentence, peer.source, user=name, field=field)
         elif peer.user is None:
-            outcome.say("refused", f"a client was refused: {reason}", peer.source)
+            words, field = f"a client was refused: {reason}", peer.session.field
+            outcome.say("refused", words, peer.source, field=field)
         else:
             left = self.room.leave(peer.user, reason, lost, seat=not peer.farewell)
             if left is not None:
                 sentence = f"{left.name} left: {reason}"
-                outcome.say("left", sentence, peer.source, user=left.name)
+                field = peer.session.field
+                outcome.say("left", sentence, peer.source, user=left.name, field=field)
                 tell_others(self.peers, peer, left, outcome)
         return outcome
 

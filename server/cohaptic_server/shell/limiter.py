@@ -197,8 +197,10 @@ class ConnectionLimiter:
         """Write a log line, unless the rate limit of its source is reached."""
         if self._lines.pass_on(line.source, self.clock.now()):
             level = logging.WARNING if line.warning else logging.INFO
-            reported = {"event": line.event, "user": line.user, "source": line.source}
-            log.log(level, "%s", line.text, extra=reported)
+            extra = {
+                "event": line.event, "user": line.user, "source": line.source, "field": line.field
+            }  # fmt: skip
+            log.log(level, "%s", line.text, extra=extra)
 
     def admit(self, source: str) -> Refusal | None:
         """Count a new connection if the limits allow it.

@@ -76,7 +76,7 @@ def test_a_triangle_without_area_among_others_stays() -> None:
     st.lists(st.tuples(*[st.floats(-9.0, 9.0) | st.integers(0, 1)] * 3), min_size=6),
     st.integers(0, 2**32 - 1),
 )
-def test_tetrahedra_behind_the_gate_have_a_volume(
+def test_tetrahedra_that_pass_have_a_volume(
     points: list[tuple[float, float, float]], seed: int
 ) -> None:
     x = np.array(points, dtype=np.float64)

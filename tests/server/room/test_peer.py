@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import json
+
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -34,3 +37,27 @@ def test_whatever_is_said_a_line_of_the_log_is_short_and_printable(text: str) ->
     assert line.text.isprintable()
     assert len(line.text) <= 403
     assert line.user == line.text
+
+
+def hello_with(**wishes: object) -> str:
+    return json.dumps(json.loads(hello_text("bob")) | wishes)
+
+
+@pytest.mark.parametrize(
+    ("said", "field"),
+    [
+        (hello_text("ann"), "name"),
+        (hello_with(fixed_gains={"k_h": 1.0}), "fixed_gains"),
+        (hello_with(max_force=1e9), "hello.max_force"),
+        (b"", "length"),
+    ],
+)
+def test_the_log_names_the_field_for_which_somebody_was_refused(
+    small_balloon: Balloon, said: str | bytes, field: str
+) -> None:
+    there = session_host(small_balloon)
+    say(there, connect(there), hello_text("ann"))
+    peer = connect(there)
+    say(there, peer, said)
+    (line,) = there.disconnect(peer, "").log
+    assert (line.event, line.field) == ("refused", field)

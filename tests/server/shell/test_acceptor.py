@@ -241,7 +241,7 @@ def test_who_sends_byte_by_byte_is_passed_on_to_where_that_has_a_budget() -> Non
         given[0].close()
 
 
-def test_a_door_that_closes_closes_those_on_its_porch() -> None:
+def test_an_acceptor_that_closes_closes_those_in_its_backlog() -> None:
     with standing() as stand:
         guests = stand.come(5)
         stand.until(lambda: stand.acceptor.silent == 5, [])

@@ -92,6 +92,7 @@ class Watcher:
         close: Code and reason with which the connection is to be closed; None while it stays open.
         outbox: Messages to be written.
         mesh: Form in which the watcher takes the mesh at rest, such as `quantised`.
+        field: As in `ServerSession`.
         slow: Whether the watcher has been behind for `SLOW_AFTER`.
         mailbox: News about the people in the room; None if the watcher did not ask for news.
     """
@@ -100,7 +101,7 @@ class Watcher:
         self.state = State.ASKING
         self.close: tuple[int, str] | None = None
         self.outbox = Outbox()
-        self.slow = False
+        self.slow, self.field = False, ""
         self.mesh: MeshForm = watch.mesh
         self.mailbox = Mailbox() if watch.company else None
         self._has_model = has_model
@@ -248,6 +249,7 @@ class Watcher:
     def fail(self, error: ProtocolError) -> None:
         """Tell the client the error, and end the session."""
         if self.close is None:
+            self.field = error.field
             self.outbox.put(Error.of(error))  # if it does not fit, the close says the same
             self._end(error.code, str(error))
 
