@@ -18,6 +18,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,58 +34,56 @@ and stability do not.
 ## Users who feel each other
 
 `python experiments/demo_scenes.py`: each row is one `cohaptic demo` with real processes,
-websockets and injected delay. The first user presses and releases, the others rest round the
+websockets and injected delay. The first user presses and releases; the others rest round the
 balloon.
 
-- *felt by right*, *reference*: the part of the force on `right` that is caused by the others,
-  and the same in the equilibrium of body and hands, solved without a network.
-- *worst error*: largest relative difference of the two over all users, while the first one
-  presses.
+- *felt by right*, *reference*: the part of the force on `right` that the others cause, and the
+  same in the equilibrium of body and hands, solved without a network.
+- *worst error*: largest relative difference of the two over all users.
 - *half*, *90 %*: by how much later half and nine tenths of the change of force are felt than by
-  the same hands simulated without a network: the hand that is last, the median over presses.
-  *both ways*, from the first hand to the server and on to another, is the least that it can be.
-- *lag*: time constant with which the object answers the others; it grows with the coupling,
-  and the delay changes it little.
-- *stable*: at rest a force ripples by no more than 0.02 N or 1 % of itself; *slow* is a force that
-  still creeps to its value, or whose swings die out, when the next press comes; *inf*: of some
-  hand the force changes by less than 0.05 N. Shares are of the change that came.
+  the same hands simulated without a network (slowest hand, median over presses). *inf*: the force
+  on some hand changes by less than 0.05 N.
+- *both ways*: from the first hand to the server and on to another, the least possible delay.
+- *lag*: time constant with which the object answers the others.
+- *stable*: at rest a force ripples by at most 0.02 N or 1 %; *slow*: a force still creeps, or its
+  swings still die out, when the next press comes.
 
 {scenes}
 
 ![forces of both hands, 80 ms each way](pictures/two-users.png)
 
-With the proportional law most of the other hand's force is lost: the law has to stay softer than
-1 / sum_j |C_ij|, and the hand feels K_h and K_o in a row (eq. (11)). The integral of `pi` restores
-the force, long after the surface has moved. The predictive law has the object's own stiffness,
-whoever else is there. The server anticipates what hands are about to feel, behind a short lag
-(science 3.13): the steady force equals the reference, and the others' forces arrive as late as the
-table says.
+The proportional law loses most of the other hand's force: its gain has to stay below
+1 / sum_j |C_ij|, and the hand feels K_h and K_o in series (eq. (11)). The integral of `pi` restores
+the force long after the surface has moved. With the predictive law the steady force equals the
+reference, and the others' forces arrive behind a short lag (science 3.13).
 
 ## The paper's figures, and further experiments
 
-`cohaptic experiment all --out DIR`: every loop is the real room, world, wire format and client,
-with simulated hands, in virtual time; figures, data and verdicts are written to DIR. A verdict
-holds when each of its checks does.
+`cohaptic experiment all --out DIR`, or `cohaptic experiment NAME --out DIR --seed 0`: every loop is
+the real room, world, wire format and client, with simulated hands, in virtual time. A verdict holds
+if each of its checks does; all of them hold.
 
 {experiments}
 
 ## The haptic loop
 
-`python benchmarks/loop.py`: lateness is from the moment a period was due to its start; *ratio* is
-the p99 of the haptic loop over that of each loop that only sleeps, at the same priority in the same
-rounds; *missed* are periods skipped because the one before was too late; *core* is processor time.
+`python benchmarks/loop.py`: *late* is the time from the moment a period was due to its start;
+*ratio* is the p99 of the haptic loop over that of each loop that only sleeps, at the same priority
+in the same rounds; *missed* are periods skipped because the one before was too late; *core* is
+processor time.
 
 {loop}
 
 ## The server's tick
 
 `python benchmarks/tick.py`: users with mesh patches press 1 N each and slide along the equator at
-0.2 m/s, so every contact is searched and solved anew in each tick. The balloon has 642 vertices.
+0.2 m/s, so that every tick searches and solves every contact anew.
 
 {tick}
 
-Where the time goes, part by part, and how costs grow: [performance](performance.md).
+[Where the time goes](performance.md) has the costs part by part, and how they grow.
 """
+_REPEATED = 5  # checks of one quantity, from which on they have a table of their own
 
 
 def output(*command: str) -> str:
@@ -113,21 +113,36 @@ def experiments(folder: Path, quick: bool) -> str:
         if not (folder / name / "summary.json").exists():
             # Its own tables go to the terminal; a verdict that does not hold ends this as well.
             command = [sys.executable, "-m", "cohaptic", "experiment", name, "--out", str(folder)]
-            options = ["--quick"] if quick else []
+            options = ["--seed", "0", *(["--quick"] if quick else [])]
             subprocess.run([*command, *options], stdout=sys.stderr, check=True)
         shutil.copy(folder / name / "figure.png", pictures / f"{name}.png")
         said = json.loads((folder / name / "summary.json").read_text())
-        rows = [
-            f"| {check['sentence']} | {check['measured']:.3g} | {limit(check)} |"
-            for check in said["checks"]
-        ]
         parts.append(
-            f"### {name}: {said['title']}\n\n"
-            f"`cohaptic experiment {name} --out DIR --seed {said['seed']}`: {said['verdict']}.\n\n"
-            f"![{said['title']}](pictures/experiments/{name}.png)\n\n"
-            "| check | measured | limit |\n|---|---|---|\n" + "\n".join(rows)
+            f"### {name}: {said['title']}\n\n![{name}](pictures/experiments/{name}.png)\n\n"
+            + tables(said["checks"])
         )
     return "\n\n".join(parts)
+
+
+def tables(checks: Sequence[dict[str, Any]]) -> str:
+    """The checks as Markdown; quantities of many ensembles in a table of their own."""
+    named = [(*check["sentence"].rpartition(": ")[::2], check) for check in checks]
+    count = Counter(quantity for _, quantity, _ in named)
+    rows = ["| check | measured | limit |", "|---|---|---|"]
+    of_ensembles: dict[str, dict[str, str]] = {}
+    for ensemble, quantity, check in named:
+        if count[quantity] < _REPEATED:
+            rows.append(f"| {check['sentence']} | {check['measured']:.3g} | {limit(check)} |")
+        else:
+            cell = f"{check['measured']:.3g} ({limit(check)})"
+            of_ensembles.setdefault(ensemble, {})[quantity] = cell
+    if of_ensembles:
+        repeated = [quantity for quantity in count if count[quantity] >= _REPEATED]
+        rows += ["", f"| ensemble | {' | '.join(repeated)} |", "|---" * len(repeated) + "|---|"]
+        for ensemble, found in of_ensembles.items():
+            cells = (found.get(quantity, "") for quantity in repeated)
+            rows.append(f"| {ensemble} | {' | '.join(cells)} |")
+    return "\n".join(rows)
 
 
 def limit(check: dict[str, Any]) -> str:
