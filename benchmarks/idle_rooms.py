@@ -3,12 +3,12 @@
     python benchmarks/idle_rooms.py [--rooms 12] [--seconds 20] [--touches 10] [--json FILE]
 
 One server with so many rooms of the balloon. After all have opened, and for `--seconds`, nobody is
-there: told are the processor time of the rooms and of the front, and the memory of a room:
+there: told are the processor time of the rooms and of the router, and the memory of a room:
 resident, its share (what processes have in common is divided among them) and what it has for
 itself. Processor time is told whatever else the machine does. Then a hand comes to each of
 `--touches` rooms that sleep, and as often to one that a watcher keeps awake, in turn: told is the
 time from the first byte of the connection to the first patch. It fails where all rooms take more
-than 3 % of a core with the front, or where a touch is 50 ms later in the median.
+than 3 % of a core with the router, or where a touch is 50 ms later in the median.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ def main() -> None:
     print(f"{options.rooms} rooms in which nobody is, {over:.0f} s:")
     print(
         f"  processor: {100 * in_rooms:.2f} % of a core in the rooms, "
-        f"{100 * in_rooms / options.rooms:.3f} % in each; {100 * in_front:.2f} % in the front"
+        f"{100 * in_rooms / options.rooms:.3f} % in each; {100 * in_front:.2f} % in the router"
     )
     print(
         f"  memory of a room: {1e-6 * resident:.1f} MB resident,"
@@ -140,7 +140,7 @@ def main() -> None:
         options,
         [
             {
-                "processor_rooms": in_rooms, "processor_front": in_front,
+                "processor_rooms": in_rooms, "processor_router": in_front,
                 "resident_bytes": resident, "proportional_bytes": fraction, "own_bytes": own,
                 "first_touch_asleep_s": median(asleep), "first_touch_awake_s": median(awake),
                 "later_s": later,
