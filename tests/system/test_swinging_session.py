@@ -74,7 +74,7 @@ def test_a_hand_that_is_shown_all_of_it_behind_a_delay_swings(
     def all_of_it(*_: object) -> float:
         return 1.0
 
-    monkeypatch.setattr(felt_swing, "felt_share", all_of_it)
+    monkeypatch.setattr(felt_swing, "felt_fraction", all_of_it)
     session, (user,) = hold(jelly(0.05), [SIDE], 0.08)
     session.run(SETTLE)
     assert np.ptp(user.force[-1000:]) > 0.05 * max(user.force)

@@ -40,7 +40,7 @@ _MAX_OTHERS = 16_384  # lines about removals and pardons that are read from a fi
 # Read and append; O_BINARY, since Windows would otherwise change the ends of lines.
 _APPEND: Final = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
 _CLOSING = 1.0  # s for writing the waiting records at the end
-_MOST_BYTES = 64 * 1024 * 1024  # of a file; more than `_LINES` lines of the greatest length need
+_MAX_BYTES = 64 * 1024 * 1024  # of a file; more than `_LINES` lines of the greatest length need
 
 
 class Journal:
@@ -202,8 +202,8 @@ def _newest_lines(file: BinaryIO) -> list[bytes]:
     and the last lines about removals are chosen separately.
     """
     size = os.fstat(file.fileno()).st_size
-    file.seek(max(0, size - _MOST_BYTES))
-    lines = file.read(_MOST_BYTES).split(b"\n")
+    file.seek(max(0, size - _MAX_BYTES))
+    lines = file.read(_MAX_BYTES).split(b"\n")
     if len(lines) <= _LINES:
         return lines
     used = [line for line in lines if _USED in line]

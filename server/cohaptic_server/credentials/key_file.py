@@ -14,7 +14,7 @@ from cohaptic.errors import SettingError
 from cohaptic.written import at_home, text_of
 from cohaptic_server.access.keys import LEAST_BYTES, Key, KeyRing, read_keys, write_keys
 
-_MOST_BYTES = 64 * 1024  # of a file; sixteen keys take 3 kB
+_MAX_BYTES = 64 * 1024  # of a file; sixteen keys take 3 kB
 
 
 def new_key() -> Key:
@@ -41,12 +41,12 @@ def load_keys(path: Path, *, insecure: bool = False) -> KeyRing:
                 limit = f"one that nobody else may read: chmod 600 {path} (where there are no modes"
                 limit += ": --insecure-key-file)"
                 raise SettingError("key file", mode, limit)
-            text = file.read(_MOST_BYTES + 1)
+            text = file.read(_MAX_BYTES + 1)
     except OSError as error:
         limit = f"one that can be read ({error.strerror}); make one: cohaptic key {path}"
         raise SettingError("key file", path, limit) from error
-    if len(text) > _MOST_BYTES:
-        raise SettingError("size of the key file", path, f"at most {_MOST_BYTES:,} bytes")
+    if len(text) > _MAX_BYTES:
+        raise SettingError("size of the key file", path, f"at most {_MAX_BYTES:,} bytes")
     try:
         return read_keys(text_of(text))
     except UnicodeDecodeError as error:

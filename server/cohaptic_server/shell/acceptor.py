@@ -318,7 +318,7 @@ class Acceptor(socket.socket):
         spare, self._spare = getattr(self, "_spare", None), None
         if spare is not None:
             os.close(spare)
-        backlog, self._backlog = getattr(self, "_porch", None), None
+        backlog, self._backlog = getattr(self, "_backlog", None), None
         if backlog is not None:
             for one in backlog.close():
                 self._end(one)

@@ -144,7 +144,7 @@ def test_of_a_file_that_is_too_long_the_newest_lines_count(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     kept(tmp_path, *(used(i) for i in range(100)))
-    monkeypatch.setattr(module, "_MOST_BYTES", 500)
+    monkeypatch.setattr(module, "_MAX_BYTES", 500)
     names = [record.jti for record in kept(tmp_path) if isinstance(record, Used)]
     assert 3 < len(names) < 20
     assert names[-1] == "token-99"

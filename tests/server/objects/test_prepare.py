@@ -127,7 +127,7 @@ def test_a_broken_file_is_one_sentence(defect: str, sentence: str, tmp_path: Pat
 def test_triangles_too_many_to_compare_are_one_sentence(
     read: Callable[[ObjectFile], object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(checks, "_MOST_PAIRS", 10)
+    monkeypatch.setattr(checks, "_MAX_PAIRS", 10)
     path = write(tmp_path / "ball.stl", *icosphere(2, 0.05))
     with pytest.raises(BodyError, match="more than 10 pairs of its triangles lie close") as error:
         read(ObjectFile(path, "z < 20%"))

@@ -156,7 +156,7 @@ def test_a_crack_within_one_piece_is_found(tmp_path: Path) -> None:
 def test_faces_too_many_to_compare_are_one_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(checks, "_MOST_PAIRS", 10)
+    monkeypatch.setattr(checks, "_MAX_PAIRS", 10)
     with pytest.raises(BodyError, match=r"a\.vtu: more than 10 pairs of its triangles lie close"):
         read(tmp_path / "a.vtu", block((2, 2, 2)))
 

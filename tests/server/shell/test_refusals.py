@@ -198,7 +198,7 @@ def test_another_version_is_accepted_to_be_told(stage: Stage) -> None:
             encode_control(Bye()),
             None,
             BAD,
-            "message is 'Bye'; expected Hello or Watch: waits for hello",
+            "message is 'Bye'; expected Hello or Watch: has not said hello",
             id="bye before hello",
         ),
         pytest.param(

@@ -111,7 +111,7 @@ def facing_outwards(x: Floats, faces: Ints) -> Ints:
 # coplanar neighbours seem to intersect.
 _MARGIN = 1e-5
 _PAIRS = 200_000  # pairs of triangles that are tested at once; bounds the memory
-_MOST_PAIRS = 5 * 10**7  # a scan of 300,000 triangles has a fifth of that
+_MAX_PAIRS = 5 * 10**7  # a scan of 300,000 triangles has a fifth of that
 _COUNTED = 500  # triangles whose pairs are counted at once
 # Distance from a common plane that counts as coplanar, as a share of the surface's size: it allows
 # for the rounding to 24 bits.
@@ -201,9 +201,9 @@ def _counted(query: Any, centers: Floats, reaches: Floats) -> Ints:
         some = slice(start, start + _COUNTED)
         counts[some] = query(centers[some], reaches[some], return_length=True)
         total += int(counts[some].sum())
-        if total > _MOST_PAIRS:
+        if total > _MAX_PAIRS:
             raise BodyError(
-                f"more than {_MOST_PAIRS:,} pairs of its triangles lie close to each other: they"
+                f"more than {_MAX_PAIRS:,} pairs of its triangles lie close to each other: they"
                 " overlap nearly everywhere, or are needles. Mesh it anew"
             )
     return np.cumsum(counts)

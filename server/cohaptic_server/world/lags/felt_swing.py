@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cohaptic.control.stability.anticipation import Gains, hand_class
-from cohaptic.control.stability.swing import felt_share
+from cohaptic.control.stability.swing import felt_fraction
 from cohaptic_server.bodies.body import Response, Swings
 from cohaptic_server.numeric import Floats
 from cohaptic_server.world.lags.room_loop import Hand, hand_stiffness, takes_part
@@ -68,6 +68,6 @@ def show_swing(
     if gains is not None and not paper_laws:
         theta, stiffness = hand_class(budget, stiffest)
         taken = float(np.linalg.eigvalsh(parts)[-1])
-        fraction = felt_share(gains, theta, stiffness, lag, taken, body.swing)
+        fraction = felt_fraction(gains, theta, stiffness, lag, taken, body.swing)
     before = swinging.felt
     return swinging.showing(min(before + RISE * dt, max(before - FALL * dt, fraction)))

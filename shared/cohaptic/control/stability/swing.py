@@ -97,7 +97,7 @@ def worst_row_gain(gains: Gains, p: Floats, stiffness: float = np.inf) -> Floats
     return np.where(within, heaviest, np.maximum(at_end, c2))
 
 
-def felt_share(
+def felt_fraction(
     gains: Gains, theta: float, stiffness: float, tau: float, weight: float, swing: Swing
 ) -> float:
     """Return the fraction g of the object's swing that the hands may feel, 0 to 1.

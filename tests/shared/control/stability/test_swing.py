@@ -13,7 +13,7 @@ from cohaptic.control.stability.anticipation import (
     hand_factor,
     row_gain,
 )
-from cohaptic.control.stability.swing import Swing, felt_share, shown_gain, worst_row_gain
+from cohaptic.control.stability.swing import Swing, felt_fraction, shown_gain, worst_row_gain
 from cohaptic_server.bodies.modal.modal_body import step_of, swing_of
 from cohaptic_server.numeric import Floats
 from tests.shared.control.stability.test_anticipation import coupling
@@ -105,7 +105,7 @@ def test_with_it_the_gain_of_the_loop_is_below_one(
     gains, (theta, chi) = gains_left(positive, -negative), hand_class(budget, stiffest)
     tau = 1.3 * theta * hand_factor(gains, chi)
     what = swing(w, damping)
-    g = felt_share(gains, theta, chi, tau, weight, what)
+    g = felt_fraction(gains, theta, chi, tau, weight, what)
     assert 0.0 <= g <= 1.0
     p = theta * what.frequency
     loop = np.sqrt(worst_row_gain(gains, p, chi))
@@ -160,7 +160,7 @@ def test_rooms_come_to_rest_with_it_and_swing_up_with_all_of_a_large_swing() -> 
         w, zeta = float(rng.uniform(6.0, 40.0)), float(rng.uniform(0.03, 0.1))
         gains = anticipated(S).gains
         held = Gains(0.0, gains.apart, gains.kappa)  # without the hands' own motion
-        g = felt_share(held, 1e-9, np.inf, 0.0, float(parts @ parts), swing(w, zeta))
+        g = felt_fraction(held, 1e-9, np.inf, 0.0, float(parts @ parts), swing(w, zeta))
         ticks = rng.integers(1, 25, n).tolist()
         assert _growth(S, parts, g, ticks, zeta, w) < 0.5
         grown += _growth(S, parts, 1.0, ticks, zeta, w) > 1.0
