@@ -112,8 +112,11 @@ def table() -> str:
     lines += ["", "| from | event | to | when | decided in |", "| --- | --- | --- | --- | --- |"]
     for step in LIFE:
         before = ", ".join(state.name.lower() for state in step.before)
-        after, (module, _, name) = step.after.name.lower(), step.where.partition(":")
-        where = f"`{module.replace('.', '/')}.py`, `{name}`"
+        after = step.after.name.lower()
+        where = ", ".join(
+            f"`{module.replace('.', '/')}.py` `{name}`"
+            for module, _, name in (one.partition(":") for one in step.where.split())
+        )
         lines.append(f"| {before} | {step.event.value} | {after} | {step.rule} | {where} |")
     lines += ["", "| hand of one who touches | its force |", "| --- | --- |"]
     lines += [f"| {hand.name.lower()} | {hand.value} |" for hand in Hand]

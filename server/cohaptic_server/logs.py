@@ -62,7 +62,7 @@ class JsonLines(logging.Formatter):
             # A name of a file may hold bytes that are no text, which strict readers refuse.
             "message": record.getMessage().encode("utf-8", "replace").decode(),
         }
-        for key in ("room", "user", "source", "field"):
+        for key in ("room", "user", "source", "field", "code"):
             value = getattr(record, key, "") or (self._room if key == "room" else None)
             if value:
                 line[key] = value

@@ -67,7 +67,7 @@ class Step:
         before: States in which the event may happen.
         after: State that follows.
         rule: Sentence that says when the event happens.
-        where: Function that decides it, as module and name below `cohaptic_server.room`.
+        where: Functions that decide it, as `module:name` below `cohaptic_server.room`.
     """
 
     before: tuple[State, ...]
@@ -109,25 +109,28 @@ LIFE = (
          "seat are kept for a while.",
          "session_host:SessionHost.disconnect"),
     Step((State.KEPT,), Event.RETURNS, State.JOINED,
-         "A hello proves by key, session or address that the kept name is its own.",
+         "A hello has the key or the session of the lost client, or asks for exactly the kept name "
+         "from the same address.",
          "seats.names:may_take_kept"),
     Step((State.KEPT,), Event.EXPIRED, State.GONE,
          "The seat is kept for 15 s, the name for 60 s.",
          "seats.names:KeptNames.keep"),
     Step((State.WAITING, State.CALLED, State.JOINED), Event.REPLACED, State.GONE,
-         "Another connection proves by key, session or address that it is the same participant: "
-         "it has the seat, or the place in the queue, from now on.",
+         "Another connection has the same key or session, or the same name and address after a "
+         "silence: it has the seat, or the place in the queue, from now on.",
          "seats.names:may_replace"),
     Step(_CONNECTED, Event.LOST, State.GONE,
-         "Likewise; there is no name and no seat to be kept.",
+         "The connection broke; there is no name and no seat to be kept.",
          "session_host:SessionHost.disconnect"),
     Step((*_CONNECTED, State.JOINED, State.KEPT), Event.LEAVES, State.GONE,
          "It says `bye`, or closes the connection with a reason.",
          "session_host:SessionHost.disconnect"),
     Step((*_CONNECTED, State.JOINED), Event.REFUSED, State.GONE,
-         "A message broke the protocol, a wish is refused, its token has expired, or an "
-         "administrator has put it out.",
-         "session_setup:RoomAdmission.enter"),
+         "First: rate limit, token and removals; then its name (taken, kept, or of one who "
+         "waits), its wishes and the seats. Later: a message broke the protocol, its token has "
+         "expired, or an administrator has put it out.",
+         "session_setup:RoomAdmission.enter room:Room.join seats.names:KeptNames.check "
+         "seats.waiting:Waiting.check_name session:ServerSession.fail moderation:moderate"),
 )  # fmt: skip
 
 # What a client may send in each state, in an order that its user reads; the rest is refused.

@@ -59,6 +59,7 @@ class LogLine:
         event: Machine-readable name of the event.
         user: Name of the user whom the event concerns; empty if there is no name.
         field: Field at fault of a refusal (`ProtocolError.field`); empty otherwise.
+        code: Close code of a refusal; 0 otherwise.
     """
 
     text: str
@@ -67,6 +68,7 @@ class LogLine:
     event: str = ""
     user: str = ""
     field: str = ""
+    code: int = 0
 
 
 @dataclass(slots=True)
@@ -90,13 +92,17 @@ class Outcome:
         source: str = "",
         *,
         user: str = "",
-        field: str = "",
+        refusal: tuple[str, int] = ("", 0),
         warning: bool = False,
     ) -> None:
-        """Add one line to the log; unprintable characters, which strangers may send, become "?"."""
+        """Add one line to the log; unprintable characters, which strangers may send, become "?".
+
+        Args:
+            refusal: Field at fault and close code of somebody who was refused.
+        """
         line = one_line(text, _LONGEST_LINE)
-        user, field = one_line(user, _LONGEST_LINE), one_line(field, _LONGEST_LINE)
-        self.log.append(LogLine(line, warning, source, event, user, field))
+        user, field = one_line(user, _LONGEST_LINE), one_line(refusal[0], _LONGEST_LINE)
+        self.log.append(LogLine(line, warning, source, event, user, field, refusal[1]))
 
 
 NOTHING = Outcome()  # outcome of a sample: nothing is added to it, and the shell skips it

@@ -306,7 +306,7 @@ class Room:
         """
         others = [m.hello.name for m in self.members.values() if m.user not in but]
         if any(looks_like(name, other) for other in others):
-            limit = f"one that is free and looks like none (taken: {', '.join(sorted(others))})"
+            limit = f"one that looks like none of those taken: {', '.join(sorted(others))}"
             raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
 
     def _replace(self, member: Member) -> UserLeft:

@@ -14,7 +14,8 @@ from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.protocol.watch_messages import Moderate, SetLatency, SetView, Watch, WatchRequest
 from cohaptic_server.access.admission import session_over
 from cohaptic_server.room.company.shared_views import SharedViews
-from cohaptic_server.room.latency import Data, latencies, refusal, set_latency
+from cohaptic_server.room.latency import Data, latencies, set_latency
+from cohaptic_server.room.latency import refusal as refusal_of_latency
 from cohaptic_server.room.life import State
 from cohaptic_server.room.moderation import end_freeze, moderate
 from cohaptic_server.room.peer import NOTHING, Outcome, Peer
@@ -218,23 +219,23 @@ class SessionHost:
         close = peer.session.close
         lost = self._ticked if peer.session.state is State.KEPT else None
         reason = reason or (close[1] if close else "connection lost")
+        field = peer.session.field
+        refusal = (field, close[0]) if field and close else ("", 0)
         if isinstance(peer.session, Watcher):
             self.scene_broadcast.leave(peer.session)
-            words, field = f"one who watches left: {reason}", peer.session.field
-            outcome.say("watcher_left", words, peer.source, field=field)
+            words = f"one who watches left: {reason}"
+            outcome.say("watcher_left", words, peer.source, refusal=refusal)
         elif (name := self.session_setup.waiting.leave(peer, self._ticked)) is not None:
             sentence = f"{name} waits no more: {reason}"
-            field = peer.session.field
-            outcome.say("waits_no_more", sentence, peer.source, user=name, field=field)
+            outcome.say("waits_no_more", sentence, peer.source, user=name, refusal=refusal)
         elif peer.user is None:
-            words, field = f"a client was refused: {reason}", peer.session.field
-            outcome.say("refused", words, peer.source, field=field)
+            words = f"a client was refused: {reason}"
+            outcome.say("refused", words, peer.source, refusal=refusal)
         else:
             left = self.room.leave(peer.user, reason, lost, seat=not peer.farewell)
             if left is not None:
                 sentence = f"{left.name} left: {reason}"
-                field = peer.session.field
-                outcome.say("left", sentence, peer.source, user=left.name, field=field)
+                outcome.say("left", sentence, peer.source, user=left.name, refusal=refusal)
                 tell_others(self.peers, peer, left, outcome)
         return outcome
 
@@ -288,7 +289,7 @@ class SessionHost:
                 who = (self.room, self.peers, self.room_admission.removed, peer)
                 moderate(*who, request, now, to_wall, outcome)
             case SetLatency():
-                error = refusal(peer, allowed=self.room.settings.allow_latency)
+                error = refusal_of_latency(peer, allowed=self.room.settings.allow_latency)
                 try:
                     if error is None:
                         set_latency(self.peers, self.scene_broadcast.watchers, request, outcome)

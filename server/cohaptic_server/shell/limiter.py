@@ -198,7 +198,8 @@ class ConnectionLimiter:
         if self._lines.pass_on(line.source, self.clock.now()):
             level = logging.WARNING if line.warning else logging.INFO
             extra = {
-                "event": line.event, "user": line.user, "source": line.source, "field": line.field
+                "event": line.event, "user": line.user, "source": line.source,
+                "field": line.field, "code": line.code,
             }  # fmt: skip
             log.log(level, "%s", line.text, extra=extra)
 

@@ -60,4 +60,5 @@ def test_the_log_names_the_field_for_which_somebody_was_refused(
     peer = connect(there)
     say(there, peer, said)
     (line,) = there.disconnect(peer, "").log
-    assert (line.event, line.field) == ("refused", field)
+    assert peer.session.close is not None
+    assert (line.event, line.field, line.code) == ("refused", field, peer.session.close[0])

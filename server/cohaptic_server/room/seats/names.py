@@ -2,8 +2,8 @@
 
 A client with the secret or the session of a connected client with this name replaces that client at
 once. If the connected client has neither, a client at the same address may replace it after
-`REPLACE_AFTER` without a sample. When a connection was lost, and neither side has ended it, the
-name is reserved for its owner.
+`REPLACE_AFTER` without a sample. When a connection breaks, the name is
+reserved for its owner, unless client or server ended the session before.
 
 No two users may have names that look alike. A name has a skeleton, as in Unicode Technical Standard
 39; names with the same skeleton look alike. The table is a part of the standard's table: Cyrillic,
@@ -139,8 +139,9 @@ class KeptNames:
         for kept, (whose, until) in self._kept.items():
             own = may_take_kept(whose, claim, same_name=name == kept)
             if now < until and looks_like(name, kept) and not own:
-                left = f"{until - now:.0f} s left"
-                limit = f"another one: its owner lost the connection and has {left}"
+                limit = (
+                    f"another one: kept for {until - now:.0f} s for one whose connection is lost"
+                )
                 raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
 
     def forget(self, name: str, claim: Claim) -> None:

@@ -84,7 +84,7 @@ def _check(
 ) -> None:
     room.check_name(name, [peer.user])
     if waiting.has_name(name, peer):
-        limit = "another one: somebody waits by that name"
+        limit = "another one: somebody who waits for a seat has it"
         raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
     room.kept.check(name, claim, now)
     room_admission.removed.check(peer.guest, name, peer.source, now)

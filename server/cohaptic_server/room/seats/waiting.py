@@ -83,7 +83,7 @@ class Waiting:
         """
         others = [w for w in self._waiters.values() if looks_like(w.hello.name, name)]
         if not all(waiter.claim.is_of(claim) for waiter in others):
-            limit = "another one: somebody waits by that name"
+            limit = "another one: somebody who waits for a seat has it"
             raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
 
     def has_name(self, name: str, peer: Peer) -> bool:

@@ -67,7 +67,11 @@ def test_a_name_of_another_stays_its_own_and_nobody_is_put_out_for_asking(
     there, (ann, bob) = full(small_balloon, users=2)
     wait(there, "waits")
     there.room_admission.removed.add(bob.guest, "banned", "elsewhere", 0.0, 1e9, ban=True)
-    for name, why in (("user1", "one that is free"), ("waits", "waits by"), ("banned", "banned")):
+    for name, why in (
+        ("user1", "looks like none of those taken"),
+        ("waits", "waits for a seat"),
+        ("banned", "banned"),
+    ):
         answer = rename(there, ann, name)
         assert answer.name == "user0"
         assert why in answer.reason

@@ -215,7 +215,10 @@ def test_the_name_of_one_who_waits_is_nobody_elses(small_balloon: Balloon) -> No
     # There is a seat for one more, but not by that name.
     thief = join(there, "ann", 0.2)
     code, reason = failed(thief)
-    assert (code, "somebody waits by that name" in reason) == (CloseCode.NAME_TAKEN.value, True)
+    assert (code, "somebody who waits for a seat has it" in reason) == (
+        CloseCode.NAME_TAKEN.value,
+        True,
+    )
     say(there, ann, COME, 0.3)
     assert [m.hello.name for m in there.room.members.values()] == ["ann"]
 
