@@ -31,7 +31,7 @@ import json_report
 from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
-from cohaptic_server.room.pace import TickMeters
+from cohaptic_server.room.tick_schedule import TickMeters
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.column_worker import ColumnWorker
 from cohaptic_server.shell.server import CohapticServer

@@ -31,7 +31,7 @@ from cohaptic.clock import SystemClock
 from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.cli.serving import SWITCH_INTERVAL
-from cohaptic_server.room.pace import TickMeters, is_missed, next_tick
+from cohaptic_server.room.tick_schedule import TickMeters, is_missed, next_tick
 from cohaptic_server.routes import Serving
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.exchange import ServedBody

@@ -30,8 +30,8 @@ def prepare(
 ) -> None:
     """Mesh and factorise an object, so that `serve` starts soon.
 
-    It is kept under the content of the file and of the options, in the cache of this system or
-    the folder COHAPTIC_CACHE, up to COHAPTIC_CACHE_GB (20). Machines may share it by
+    The result is found again by a hash of the file and the options. It is kept in the cache of this
+    system or the folder COHAPTIC_CACHE, up to COHAPTIC_CACHE_GB (20). Machines may share it by
     COHAPTIC_SHARED_CACHE, a URL such as s3://bucket/folder.
     """
     from cohaptic_tools.inspection.object_files import prepare_object

@@ -63,7 +63,9 @@ def test_a_damaged_file_is_refused_in_a_sentence_or_is_a_solid(kind: str) -> Non
 
 
 @pytest.mark.night
-def test_so_are_twenty_thousand_within_their_memory_and_time(tmp_path: Path) -> None:
+def test_twenty_thousand_fuzzed_files_are_read_or_refused_within_memory_and_time(
+    tmp_path: Path,
+) -> None:
     with Worker(FUZZED) as worker:
         report = fuzz(cases(20_000, SEED), worker.judge, tmp_path)
     assert not report.faults, report.kept

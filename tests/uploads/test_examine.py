@@ -36,7 +36,7 @@ def said_of(path: Path, content: bytes) -> str:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_broken_file_is_told_in_words(kind: str, tmp_path: Path) -> None:
+def test_a_broken_file_is_refused_with_its_reason(kind: str, tmp_path: Path) -> None:
     whole = SOUND[kind]()
     path = tmp_path / f"object{kind}"
     assert said_of(path, whole) == ""

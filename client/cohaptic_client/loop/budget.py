@@ -31,7 +31,7 @@ class Budget:
         return granted
 
     def reserve(self, fraction: float) -> float:
-        """Set a fraction of what is left aside for a later rule; return it [N].
+        """Reserve a fraction of the remaining budget for a later rule; return it [N].
 
         Args:
             fraction: From 0 to 1.

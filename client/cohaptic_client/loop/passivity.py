@@ -80,7 +80,7 @@ def observe(owed: float, work: float, stored: float, from_body: float, dt: float
 
 
 def given_fraction(stored: float, ratio: float, scale: float) -> float:
-    """Return the energy of the law's spring for that part of its force which the hand is given [J].
+    """Return the energy that the law's spring stores for the force that reaches the hand [J].
 
     A spring whose force is faded to the fraction `scale` stores that fraction of its energy. If a
     spring of stiffness K is pressed to the depth d and its force is cut to f, the stored energy is

@@ -244,9 +244,10 @@ class Answer(NamedTuple):
         wishes: What each partner wants, as it is shown [m].
         sight: Surface with the models' forces in place of those that it came with.
         shift: Displacement of the surface by the models [m].
-        step: Part of it that fades [m].
-        model_change: Change of it since the last period by the own motion and by the models' [m].
-        wished: Change of it since then by what partners want [m].
+        step: Part of `shift` that fades [m].
+        model_change: Change of `shift` since the last period by the motions of the own hand and of
+            the models [m].
+        wished: Change of `shift` since the last period by what partners want [m].
     """
 
     forces: list[float]

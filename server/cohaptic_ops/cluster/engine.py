@@ -115,7 +115,7 @@ class Engine:
             process.stdin.write(command.model_dump_json().encode() + b"\n")
 
     def beat(self) -> None:
-        """Tell the machine's program that the server goes on; it ends the engine if nobody does."""
+        """Send a heartbeat to the machine's program, which ends the engine without heartbeats."""
         process = self._machine
         if process is not None and process.stdin is not None and not process.stdin.is_closing():
             process.stdin.write(b".")

@@ -29,11 +29,17 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.credentials.journal import Journal
 from cohaptic_server.process_memory import keep_what_there_is
 from cohaptic_server.room.latency import Data
-from cohaptic_server.room.pace import Pace, TickMeters, is_missed, next_tick, passed_over
 from cohaptic_server.room.peer import NOTHING, Outcome, Peer
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.session_host import MESH_TIMEOUT, SessionHost
 from cohaptic_server.room.session_setup import RoomAdmission
+from cohaptic_server.room.tick_schedule import (
+    MissedTickMonitor,
+    TickMeters,
+    is_missed,
+    next_tick,
+    passed_over,
+)
 from cohaptic_server.room.watch.scene_broadcast import SceneBroadcast
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.connection import Connection
@@ -140,7 +146,7 @@ class CohapticServer:
         """
         keep_what_there_is()
         period = self.settings.simulation_period
-        pace = Pace(period)
+        monitor = MissedTickMonitor(period)
         due = self.clock.now()
         try:
             while True:
@@ -153,7 +159,7 @@ class CohapticServer:
                 if before_tick is not None:
                     before_tick()
                 written = self.tick()
-                self._count(pace, left_out, due, started, written)
+                self._count(monitor, left_out, due, started, written)
                 self._show(written)
                 self.limiter.report()
                 while self.sleeps:
@@ -249,13 +255,15 @@ class CohapticServer:
         self._carry_out(self.session_host.serve(now))
         return self.clock.now()
 
-    def _count(self, pace: Pace, left_out: int, due: float, started: float, written: float) -> None:
+    def _count(
+        self, monitor: MissedTickMonitor, left_out: int, due: float, started: float, written: float
+    ) -> None:
         period = self.settings.simulation_period
         self.meters.leave_out(left_out)
         self.meters.add(due, started, written, period)
         applied = self.room.world.users.applied
         self.meters.limit(applied.deep, applied.fast)
-        if line := pace.see(1 + left_out, left_out + is_missed(due, written, period)):
+        if line := monitor.see(1 + left_out, left_out + is_missed(due, written, period)):
             log.warning("%s", line)
 
     def _show(self, now: float) -> None:

@@ -35,8 +35,8 @@ class PairForces(NamedTuple):
     """Forces of two hands, for one or many pairs of places.
 
     Args:
-        force: Force on the first hand and on the second, shape (2, ...) [N], or [N/m] per metre of
-            the first hand's depth.
+        force: Force on the first hand and on the second, shape (2, ...) [N]; for a unit depth of
+            the first hand, [N/m].
         felt: Part of each force that is due to the other hand, without its sign, as `force`.
     """
 

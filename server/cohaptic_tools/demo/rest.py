@@ -84,8 +84,8 @@ def reaches_limit(
         force: Force on one hand, shape (n,) [N].
         on_time: Intervals of time indices in which everything came on time.
         limit: Largest force of the device [N].
-        always: Whether everything came on time in all of the recording, so that it counts too what
-            a force does while a hand moves.
+        always: Whether everything came on time in the whole recording; then forces of moving hands
+            count as well.
     """
     reached = force >= AT_LIMIT * limit
     return bool(any(part and reached[part].any() for part in on_time) or (always and reached.any()))

@@ -71,8 +71,9 @@ def first_that_rests(
         progress: Called with the completed fraction, 0 to 1.
 
     Returns:
-        The first placement that rests and is felt (`PairForces.is_felt`), at the largest depth at
-        which there is one, or else the one whose forces are closest to that. If the hands rest
+        Of the largest depth at which some placement rests and is felt (`PairForces.is_felt`), the
+        first such placement. If there is none at any depth, the placement whose forces come closest
+        to being felt. If the hands rest
         nowhere, the first placement at its smallest depth; the demonstration then shows that.
     """
     remaining = list(placements[:_TRIED])

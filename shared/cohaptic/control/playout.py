@@ -72,7 +72,7 @@ class Ages:
 
     @property
     def lowest(self) -> float:
-        """The least age of late [s]; infinite before the first."""
+        """The smallest age of a message in the last one to two windows [s]; infinite before any."""
         return min(self.least, self.least_before)
 
     @property

@@ -20,7 +20,7 @@ from cohaptic.vec import Vec3, norm
 
 # Largest frame sent at the simulation rate, except for mesh patches.
 MAX_FRAME_BYTES: Final = 140
-# Of a mesh patch. Without partners it has 1,132 bytes at most: with headers below the 1,280 bytes
+# Of a mesh patch. Without partners it has 1,120 bytes at most: with headers below the 1,280 bytes
 # that every network path carries. Seven partners take 388 more.
 MAX_MESH_FRAME_BYTES: Final = 1536
 MAX_POSITION: Final = 10.0  # m; no user's workspace reaches further from the body

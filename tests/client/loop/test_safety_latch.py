@@ -50,7 +50,7 @@ def test_there_is_nothing_to_acknowledge_without_a_fault(state: SafetyState) -> 
     assert acknowledged(state) == state
 
 
-def test_without_a_latch_lifting_off_is_enough() -> None:
+def test_without_a_latch_a_fault_ends_when_the_hand_leaves_the_object() -> None:
     seen = play(pressing(FORCE), [FAULTS["a stall"]] + [Period(ZERO)] * RELEASE + QUIET)
     assert seen[-1].mode is Mode.ENGAGED
 

@@ -53,7 +53,7 @@ def pose(unit: Unit, raw: Vec3) -> tuple[Vec3, Columns]:
         ),
     ],
 )
-def test_the_vectors_of_the_published_model(
+def test_kinematics_match_the_vectors_of_the_published_model(
     raw: Vec3, angles: Vec3, position: Vec3, milliamps: Vec3
 ) -> None:
     assert joint_angles(WOODEN, raw) == pytest.approx(angles, abs=1e-6)

@@ -48,6 +48,6 @@ def test_no_criterion_allows_less_than_the_roots(
         assert criterion(dyad) >= 0.99 * exact
 
 
-def test_a_spring_between_two_hands_bears_the_limit_of_du_et_al() -> None:
+def test_the_stiffest_stable_spring_between_two_hands_is_that_of_du_et_al() -> None:
     free = Hand(0.3, 3.0, 0.0, 1.0)
     assert stiffest_spring((free, free)) == pytest.approx(3.0**2 / (2.0 * 0.3), rel=1e-3)

@@ -234,7 +234,9 @@ def test_a_hello_says_what_the_device_may_damp_and_the_room_takes_its_time(
     assert lags[0] < 0.6 * lags[1] < lags[1] < lags[2]
 
 
-def test_silence_lets_go_and_the_next_sample_brings_back(small_balloon: Balloon) -> None:
+def test_the_force_of_a_silent_user_fades_and_the_next_sample_brings_it_back(
+    small_balloon: Balloon,
+) -> None:
     here, dt = room(small_balloon), 1.0 / 60.0
     user = enter(here, "left")
     now, carried = 0.0, 0.0

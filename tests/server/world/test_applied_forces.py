@@ -164,7 +164,7 @@ def test_nobody_is_moved_faster_than_all_others_may_move_it(
             assert user.force == pytest.approx(a)
 
 
-def test_who_is_elsewhere_all_at_once_moves_nobody_fast(small_balloon: Balloon) -> None:
+def test_a_contact_that_jumps_moves_no_other_hand_fast(small_balloon: Balloon) -> None:
     """Its coupling was that of another place, though it carried nothing there."""
     holds = replace(at(small_balloon, 0.0, 2.0), requested=2.0)
     there = at(small_balloon, 1.5, 0.0, 2)

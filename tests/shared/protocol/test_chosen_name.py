@@ -70,5 +70,5 @@ def test_a_name_has_from_1_to_32_characters_once_it_is_tidy(name: str) -> None:
         decode_client_control(json.dumps({"type": "hello", "protocol": 5, "name": name}))
 
 
-def test_a_client_says_its_name_as_it_is_taken() -> None:
+def test_a_client_sends_its_name_in_normal_form() -> None:
     assert Hello(protocol=5, name=" ａｎｎ ").name == "ann"

@@ -124,7 +124,7 @@ both = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
     ],
     ids=lambda value: " ".join(value[:2]) if isinstance(value, tuple) else "",  # pyright: ignore
 )
-def test_a_command_that_says_that_it_works(
+def test_a_signal_ends_a_command_with_the_status_of_its_signal(
     start: Start,
     tmp_path: Path,
     arguments: tuple[str, ...],

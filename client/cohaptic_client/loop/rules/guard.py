@@ -78,7 +78,7 @@ class Limit(Rule):
 
 
 class Fade(Rule):
-    """Engages the hand out of the object, and fades the force while the server is silent."""
+    """Gives no force until the hand is outside, and fades it while the server is silent."""
 
     def apply(self, period: Period) -> None:
         """Fill in `engaged`, `quiet` and `scale`, and replace `force`."""

@@ -211,7 +211,10 @@ class ContactSearch:
         self.turn()
 
     def press(self, radius: float) -> None:
-        """Distribute a pressure round the foot over the vertices on the side of the normal."""
+        """Distribute a pressure round the foot over the vertices within `radius` [m].
+
+        Vertices whose faces look away from the contact's normal get none.
+        """
         x, y, z = self.frame[_FOOT, 0], self.frame[_FOOT, 1], self.frame[_FOOT, 2]
         nx, ny, nz = self.frame[_NORMAL, 0], self.frame[_NORMAL, 1], self.frame[_NORMAL, 2]
         self.count = self.pressure.spread(x, y, z, nx, ny, nz, radius)

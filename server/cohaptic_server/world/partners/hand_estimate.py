@@ -147,7 +147,7 @@ class Clouds:
 
     @property
     def mean(self) -> Floats:
-        """Mean of the logarithms of each cloud, as a hand, shape (h, 3)."""
+        """Geometric mean of the hands of each cloud, shape (h, 3)."""
         return np.asarray(np.exp(self.log.mean(axis=1)))
 
     @property

@@ -73,10 +73,10 @@ class Surroundings:
 
 
 def surroundings(C: Floats, models: Floats, frequencies: Floats) -> Surroundings:
-    """Return the surroundings of each of n hands, shapes (..., n, f); arguments as above."""
+    """Return what each of n hands meets, shapes (..., n, f); arguments as for `contacts`."""
     A = contacts(C, models, frequencies)
     own = np.moveaxis(np.diagonal(A, axis1=-2, axis2=-1), -1, -2)
-    # (3.15) 1 / A_jj = 1 / Z'_j + c_j, with c_j = give
+    # (3.15) 1 / A_jj = 1 / Z'_j + c_j, with c_j = compliance
     compliance = 1.0 / own - 1.0 / impedance(models, frequencies)
     # (3.15) sum over k != j of |A_jk / A_jj|
     others = np.moveaxis(np.abs(A).sum(axis=-1), -1, -2) - np.abs(own)

@@ -125,10 +125,14 @@ class LocalModel:
         return None
 
     def held_to(self, memory: object, limit: float, gains: Gains) -> object:
-        """Return a memory in which the law gives no more than a force, where it has one.
+        """Return a memory with which the law's force does not exceed `limit`.
+
+        A law without a memory returns the memory unchanged.
 
         Args:
+            memory: Memory after the last period.
             limit: Largest normal force [N].
+            gains: Gains of the law.
         """
         return memory
 

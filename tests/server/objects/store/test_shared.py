@@ -88,7 +88,7 @@ def test_a_url_of_no_known_kind_is_refused_without_its_password(
 
 @pytest.mark.live
 @pytest.mark.parametrize("hangs", [False, True])
-def test_storage_that_is_away_is_no_wrong_setting_and_is_left_alone(
+def test_storage_that_does_not_answer_is_not_asked_again(
     storage: Path, hangs: bool, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     del storage

@@ -163,7 +163,7 @@ def test_addresses_that_never_take_a_seat_do_not_hold_the_queue() -> None:
     raise AssertionError("nobody else was ever called")
 
 
-def test_a_missed_turn_counts_for_a_minute_and_says_for_how_long() -> None:
+def test_a_missed_turn_costs_its_address_a_place_for_a_minute() -> None:
     queue, _ = WaitQueue(16, 1).enter(1, "a", 0.0).call(1, 0.0)
     queue = queue.leave(1, 5.0)
     words = "at most 0, since turns were missed there; a place more in 59 s"

@@ -118,7 +118,7 @@ class TickMeters:
         self.costs.add(cost)
 
 
-class Pace:
+class MissedTickMonitor:
     """Judges from the fraction of missed ticks in successive windows whether the machine keeps up.
 
     Args:

@@ -8,7 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohaptic_server.room.pace import TOO_MANY, WINDOW, Pace, TickMeters, next_tick
+from cohaptic_server.room.tick_schedule import (
+    TOO_MANY,
+    WINDOW,
+    MissedTickMonitor,
+    TickMeters,
+    next_tick,
+)
 
 PERIOD = 1.0 / 64.0  # exact in binary
 WINDOW_TICKS = round(WINDOW / PERIOD)
@@ -48,8 +54,8 @@ def test_every_period_has_one_tick_which_was_missed_or_not(costs: list[float]) -
 
 def lines(missed: list[int]) -> list[str]:
     """What is said over windows with so many missed ticks each."""
-    pace = Pace(PERIOD)
-    said = [pace.see(1, int(k < count)) for count in missed for k in range(WINDOW_TICKS)]
+    monitor = MissedTickMonitor(PERIOD)
+    said = [monitor.see(1, int(k < count)) for count in missed for k in range(WINDOW_TICKS)]
     return [line for line in said if line]
 
 
@@ -62,6 +68,6 @@ def test_a_machine_that_falls_behind_is_reported_once_and_so_is_its_return() -> 
 
 
 def test_a_halt_of_the_machine_is_not_slowness() -> None:
-    pace = Pace(PERIOD)
-    assert pace.see(10 * WINDOW_TICKS, 10 * WINDOW_TICKS) == ""
-    assert [pace.see(1, 0) for _ in range(WINDOW_TICKS)] == [""] * WINDOW_TICKS
+    monitor = MissedTickMonitor(PERIOD)
+    assert monitor.see(10 * WINDOW_TICKS, 10 * WINDOW_TICKS) == ""
+    assert [monitor.see(1, 0) for _ in range(WINDOW_TICKS)] == [""] * WINDOW_TICKS
