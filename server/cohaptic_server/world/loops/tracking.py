@@ -78,12 +78,12 @@ def track(
         if a == b:
             return i
         relax(
-            field, free.vertices[a:b], free.values[a:b], surface_of[row], surfaces, fractions[i],
-            followed[a:b],
+            field, free.vertices[a:b], free.values[a:b], int(surface_of[row]), surfaces,
+            fractions[i], followed[a:b],
         )  # fmt: skip
         field.load(free.vertices[a:b], followed[a:b], False)
         c, d = old.starts[row], old.starts[row + 1]
-        search.take(old.frames[row], old.slopes[row], old.vertices[c:d], old.weights[c:d])
+        search.take(old.frames[row], float(old.slopes[row]), old.vertices[c:d], old.weights[c:d])
         x, y, z = tips[i, 0], tips[i, 1], tips[i, 2]
         state = search.locate(x, y, z, reach.radius, True, reach.keep, reach.tolerance)
         c = new.starts[i]
