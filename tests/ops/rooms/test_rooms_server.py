@@ -134,38 +134,30 @@ async def visitors(house: Served, *rooms: str) -> AsyncGenerator[list[Visitor]]:
         await asyncio.gather(*living, return_exceptions=True)
 
 
-async def ticks_and_missed(house: Served, room: str, stretch: float) -> tuple[int, int]:
-    """Of a stretch of time [s], as the room reports them."""
-    supervisor = house.rooms_server.supervisors[room]
-    before = supervisor.report
-    await asyncio.sleep(stretch)
-    after = supervisor.report
-    assert before is not None
-    assert after is not None
-    return after.ticks - before.ticks, after.missed - before.missed
+def reported(house: Served, room: str) -> tuple[int, int]:
+    """Ticks of a room since its start, and how many of them it missed, as it reports them."""
+    report = house.rooms_server.supervisors[room].report
+    return (0, 0) if report is None else (report.ticks, report.missed)
 
 
 @pytest.mark.alone
-def test_a_slow_room_and_a_stopped_one_cost_a_third_no_tick() -> None:
+def test_a_room_goes_on_beside_a_slow_one_and_a_stopped_one() -> None:
+    """How many ticks it keeps then is for `benchmarks/bad_neighbours.py` to say."""
+
     async def main() -> None:
         rooms = {"slow": slow, "stopped": small, "third": small}
-        async with served(rooms, lease=30.0) as house, visitors(house, "third"):
-            alone, missed_alone = await ticks_and_missed(house, "third", 3.0)
-            async with visitors(house, "stopped", "slow"):
-                house.signal("stopped", signal.SIGSTOP)
-                # One who comes to the stopped room waits; who asks for the others does not.
-                waiting = asyncio.open_connection(*address(house.url))
-                _, writer = await waiting
-                writer.write(b"GET /r/stopped/ HTTP/1.1\r\nHost: localhost\r\n\r\n")
-                beside, missed_beside = await ticks_and_missed(house, "third", 3.0)
-                all_of_slow, missed_of_slow = await ticks_and_missed(house, "slow", 1.0)
-                house.signal("stopped", signal.SIGCONT)
-                writer.close()
-        # It really is slow: a tick of 30 ms leaves out nearly every second one of 60 a second.
-        assert missed_of_slow > 0.25 * all_of_slow
-        assert beside > 0.9 * alone
-        # As many as a busy machine makes it miss at any time.
-        assert missed_beside <= missed_alone + 0.02 * beside
+        async with served(rooms, lease=30.0) as house, visitors(house, *rooms):
+            house.signal("stopped", signal.SIGSTOP)
+            # One who comes to the stopped room waits; who asks for the others does not.
+            _, writer = await asyncio.open_connection(*address(house.url))
+            writer.write(b"GET /r/stopped/ HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            (stopped, _), (third, _) = reported(house, "stopped"), reported(house, "third")
+            # It really is slow: with a tick of 30 ms it misses some of 60 a second.
+            await house.until(lambda: reported(house, "slow")[1] > 10)
+            await house.until(lambda: reported(house, "third")[0] > third + 120)
+            assert reported(house, "stopped")[0] <= stopped + 60  # what it had yet to report
+            house.signal("stopped", signal.SIGCONT)
+            writer.close()
 
     asyncio.run(main())
 
