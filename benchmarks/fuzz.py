@@ -5,9 +5,8 @@
 Frames are random bytes, and samples, acks and control messages with bytes changed, cut out, put in
 or doubled, or numbers replaced by ones at the limits of their types. A server closes who breaks a
 rule and does not look at what else it has sent, so most of them are given to the session host of a
-room
-without a socket, where each is decoded: by users and watchers who have said a good hello, and by
-some who have not. Who is closed is followed by another. Beside it is a room with nobody but the
+room without a socket, where each is decoded: by users and watchers who have said a good hello, and
+by some who have not. Who is closed is followed by another. Beside it is a room with nobody but the
 victim, who presses in both; their patches have to be equal in every number. Frames that are valid
 samples of a force, or of a hand near the body, are left out: to be there is nobody's fault. Then
 connections come to a server process from another address, each with a few such frames, some of

@@ -14,8 +14,8 @@ Each cost stands beside its floor, measured in the same run:
 
 Users slide at 0.2 m/s with mesh patches. The law is the exponent of a power fitted to each cost: a
 tick is O(users) and does not grow with the mesh (exponent at most `LARGEST`), preparation grows
-less
-than with its square. It is printed, with whether it holds; the exit status is 1 where it does not.
+less than with its square. It is printed, with whether it holds; the exit status is 1 where it does
+not.
 `--picture` draws all four (it needs matplotlib, of the extra `experiments`).
 """
 

@@ -79,7 +79,7 @@ def observe(owed: float, work: float, stored: float, from_body: float, dt: float
     return max(0.0, kept * owed + work + stored - from_body)
 
 
-def given_fraction(stored: float, ratio: float, scale: float) -> float:
+def given_energy(stored: float, ratio: float, scale: float) -> float:
     """Return the energy that the law's spring stores for the force that reaches the hand [J].
 
     A spring whose force is faded to the fraction `scale` stores that fraction of its energy. If a

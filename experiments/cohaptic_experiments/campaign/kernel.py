@@ -25,7 +25,7 @@ from cohaptic.control.laws.proportional import proportional_force
 from cohaptic.vec import ZERO, add, dot, norm, scale, sub
 from cohaptic_client.loop.arrival import next_patience
 from cohaptic_client.loop.config import INTEGRAL_RELEASE_TIME
-from cohaptic_client.loop.passivity import dissipate, given_fraction, observe
+from cohaptic_client.loop.passivity import dissipate, given_energy, observe
 from cohaptic_client.loop.rules.given import on_body
 from cohaptic_client.loop.safety import (
     EXTERNAL_RATE,
@@ -54,7 +54,7 @@ for _function in (
     vec.add, vec.sub, vec.scale, vec.dot, vec.cross, vec.norm, vec.unit,
     coulomb.times, coulomb.tangents, coulomb.normal_shift, coulomb.follow_material, friction_step,
     predictive_force, proportional_force, integration_threshold, proportional_integral_step,
-    dissipate, given_fraction, observe, next_fraction, clamped, towards, rate_of, hold_back,
+    dissipate, given_energy, observe, next_fraction, clamped, towards, rate_of, hold_back,
     next_patience, on_body,
 ):  # fmt: skip
     usable(_function)
@@ -261,7 +261,7 @@ def haptics(
             ratio = norm(given) / size if size > 0.0 else faded[i]
             contact = on_body(add(scale(normal, f), along), ratio, MAX_FORCE)
             if device[i, 0] > 0.0:
-                held = given_fraction(stored, ratio, faded[i])
+                held = given_energy(stored, ratio, faded[i])
                 risen = (shown[0] - dent) - (shown_before[i, 0] - dent_before[i])
                 from_body = 0.5 * (own[0] + own_before[i, 0]) * risen
                 if mu > 0.0:

@@ -72,7 +72,7 @@ class House:
 
 
 @dataclass(frozen=True, slots=True)
-class _Admission:
+class _Handover:
     """Socket pair that hands connections to one process of a room, which may start later.
 
     Args:
@@ -124,7 +124,7 @@ class RoomSupervisor:
         self._stopping, self._asked = asyncio.Event(), asyncio.Event()
         self._hold: Hold | None = None
         self._channel: Channel | None = None
-        self._room_admission: _Admission | None = None
+        self._handover: _Handover | None = None
         self._started = 0.0
         self._ready: float | None = None
         self._heard = 0.0
@@ -144,7 +144,7 @@ class RoomSupervisor:
     @property
     def rests(self) -> bool:
         """Whether the room has no process and nobody waits for one."""
-        waited = self._room_admission is not None and bool(self._room_admission.handed)
+        waited = self._handover is not None and bool(self._handover.handed)
         return self.state == "idle" and not self.runs and not waited
 
     def take(self, connection: socket.socket, source: str) -> bool:
@@ -153,15 +153,15 @@ class RoomSupervisor:
         self._emptied = None
         if self.state == "broken":
             self._asked.set()  # without effect for a room that is retried anyway
-        if self.state == "idle" and self._room_admission is None:
+        if self.state == "idle" and self._handover is None:
             with contextlib.suppress(OSError):  # no file descriptors are left
-                self._room_admission = _Admission(*handing_pair())
+                self._handover = _Handover(*handing_pair())
         waits = self.state == "starting" and now - self._started < _WAIT_FOR_START
-        if self._room_admission is None or not (waits or self.state in ("idle", "open")):
+        if self._handover is None or not (waits or self.state in ("idle", "open")):
             return False
-        if not hand_over(self._room_admission.ours, connection, number, source):
+        if not hand_over(self._handover.ours, connection, number, source):
             return False
-        self._room_admission.handed[number] = source
+        self._handover.handed[number] = source
         if self.state == "idle":
             self._asked.set()
         return True
@@ -215,7 +215,7 @@ class RoomSupervisor:
                 self._asked.clear()
                 if not self._stopping.is_set():
                     await self._asked.wait()
-        self._shut(self._room_admission)
+        self._shut(self._handover)
         self.state = "stopped"
         self.first.set()
 
@@ -248,13 +248,11 @@ class RoomSupervisor:
         self.runs = True
         self._asked.clear()
         try:
-            room_admission = self._room_admission = self._room_admission or _Admission(
-                *handing_pair()
-            )
+            handover = self._handover = self._handover or _Handover(*handing_pair())
             control, their_control = socket.socketpair()
         except OSError as error:
             self.problem = f"its process cannot be started: {error.strerror}"
-            await self._end(self._room_admission)
+            await self._end(self._handover)
             return
         gone = asyncio.Event()
         try:
@@ -264,7 +262,7 @@ class RoomSupervisor:
                     self.settings,
                     self._build,
                     their_control,
-                    room_admission.theirs,
+                    handover.theirs,
                     house.style,
                     house.protect,
                     house.measured is not None,
@@ -276,7 +274,7 @@ class RoomSupervisor:
             await asyncio.to_thread(self.process.start)
             self._hold = Hold(self.process)
             their_control.close()
-            room_admission.theirs.close()
+            handover.theirs.close()
             self._channel = await open_channel(control, self._hear, gone.set)
             house.changed(self)
             if self._stopping.is_set():
@@ -292,7 +290,7 @@ class RoomSupervisor:
             if self._channel is None:
                 control.close()
             their_control.close()
-            await self._end(room_admission)
+            await self._end(handover)
 
     async def _watch(self, gone: asyncio.Event) -> None:
         """Wait until the process has ended, or has been silent for too long.
@@ -318,27 +316,26 @@ class RoomSupervisor:
             if self._is_to_rest(now) and self._channel is not None:
                 log.info("room %s is idle; it starts when somebody comes", self.name,
                          extra=self._report("room_idle"))  # fmt: skip
-                # New connections now wait for the next process; `_end` closes the old room
-                # admission.
-                self._room_admission, self.state = None, "idle"
+                # New connections now wait for the next process; `_end` closes the old handover.
+                self._handover, self.state = None, "idle"
                 self._channel.tell(Stop())
 
     def _is_to_rest(self, now: float) -> bool:
         """Whether the room has been empty for its idle time, so that its process has to end."""
-        report, room_admission = self.report, self._room_admission
+        report, handover = self.report, self._handover
         if (
             self._idle is None
             or self.state != "open"
             or (report is None or report.users or report.watchers)
-            or (room_admission is None or room_admission.handed)
+            or (handover is None or handover.handed)
         ):
             self._emptied = None
             return False
         self._emptied = now if self._emptied is None else self._emptied
         return now - self._emptied >= self._idle
 
-    async def _end(self, room_admission: _Admission | None) -> None:
-        """Kill the process, and close its channel and room admission."""
+    async def _end(self, handover: _Handover | None) -> None:
+        """Kill the process, and close its channel and handover."""
         house, hold = self._house, self._hold
         self._hold = None
         if hold is not None:
@@ -349,20 +346,20 @@ class RoomSupervisor:
         self._channel = self.report = None
         if self.state != "idle":
             self.state = "broken" if self.problem else "starting"
-        self._shut(room_admission)
+        self._shut(handover)
         self.runs = False
         house.changed(self)
 
-    def _shut(self, room_admission: _Admission | None) -> None:
-        """Close an room admission, and count all its connections as ended."""
-        if room_admission is None:
+    def _shut(self, handover: _Handover | None) -> None:
+        """Close a handover, and count all its connections as ended."""
+        if handover is None:
             return
-        room_admission.ours.close()
-        room_admission.theirs.close()
-        for source in room_admission.handed.values():
+        handover.ours.close()
+        handover.theirs.close()
+        for source in handover.handed.values():
             self._house.left(source)
-        if self._room_admission is room_admission:
-            self._room_admission = None
+        if self._handover is handover:
+            self._handover = None
 
     def _report(self, event: str) -> dict[str, str]:
         return {"event": event, "room": self.name}
@@ -371,7 +368,7 @@ class RoomSupervisor:
         house = self._house
         match line:
             case Left():
-                handed = self._room_admission.handed if self._room_admission is not None else {}
+                handed = self._handover.handed if self._handover is not None else {}
                 for number in line.numbers:
                     source = handed.pop(number, None)
                     if source is not None:

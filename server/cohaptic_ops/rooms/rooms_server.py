@@ -55,7 +55,7 @@ class RoomsServer:
         protect: Makes the access control of a room, in the room's process.
 
     Attributes:
-        supervisors: Keepers of the rooms that are on this machine, by name.
+        supervisors: Supervisors of the rooms that are on this machine, by name.
         node: This machine in its cluster; None without one.
         users, watchers: Seats of users and of watchers in all rooms together.
         admin: Admin port that gets reports; None without one.

@@ -34,9 +34,8 @@ from cohaptic_server.shell.refusal import refuse, turn_away
 from cohaptic_server.shell.wire import HEAD_TIMEOUT, Wire
 
 # Time until the router looks again at a request with an incomplete first line [s]. The pause
-# doubles
-# each time, and the router gives up beyond `HEAD_TIMEOUT`. Incomplete lines come on systems where
-# acceptors hold no connections, and from clients that send their bytes one by one.
+# doubles each time, and the router gives up beyond `HEAD_TIMEOUT`. Incomplete lines come on systems
+# where acceptors hold no connections, and from clients that send their bytes one by one.
 _AGAIN = 2e-3
 BUSY = Refusal("the room does not take anybody at present", 2.0)
 
@@ -62,7 +61,7 @@ class Router:
 
     Args:
         acceptors: Listening sockets.
-        limiter: ConnectionLimiter that counts the connections.
+        limiter: Limiter that counts the connections.
         places: Returns the places that may take a request with this target, the best first.
     """
 
@@ -151,7 +150,7 @@ class Site:
 
     Args:
         settings: Settings that all rooms share.
-        limiter: ConnectionLimiter of this site alone; the acceptors have another limiter.
+        limiter: Limiter of this site alone; the acceptors have another limiter.
         rooms: Returns the states of all rooms.
         left: Called with the source of each connection that has ended.
         listed: Whether anybody may know which rooms there are.

@@ -20,8 +20,9 @@ from cohaptic.protocol.watch_messages import Watch
 
 # s for the first message. A client sends it at once; a path that holds it up for longer is lost.
 HELLO_TIMEOUT = 5.0
-# s without a sample, after which a user's force fades until the next one. Reasoned: longer than the
-# hiccups of a wireless link (network.md has up to 0.3 s), shorter than a hand takes to notice.
+# s without a sample, after which a user's force fades until the next one. Reasoned, not measured:
+# tens of simulation periods, so that a hiccup of the link changes nothing, and no more, since the
+# last force of a lost connection must not stay.
 STALE_AFTER = 0.5
 
 Message = Hello | Watch | Come | SetName | SetLaw | ContactSample | Bye

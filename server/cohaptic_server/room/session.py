@@ -1,10 +1,9 @@
 """Protocol session of one client, as a state machine without I/O; `life.py` has its states.
 
 The session host passes each message to `receive` and handles the events; the shell writes the
-messages of
-`take`, and closes the connection when `close` is set. A protocol violation raises no exception: the
-client gets an error message and a close code, and other clients are not affected. A client that
-watches goes on with another state machine (`watch/watcher.py`).
+messages of `take`, and closes the connection when `close` is set. A protocol violation raises no
+exception: the client gets an error message and a close code, and other clients are not affected. A
+client that watches goes on with another state machine (`watch/watcher.py`).
 """
 
 from __future__ import annotations

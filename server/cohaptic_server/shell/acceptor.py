@@ -1,10 +1,9 @@
 """A listening socket that passes a connection on only after the client has sent a request.
 
 asyncio makes a transport, a protocol, a task and timers for each connection, which take 0.3 ms and
-14 kB. A connection that is still silent needs none of them: here it waits on the backlog, as a
-plain
-socket in one epoll set. A connection beyond a rate limit is refused. The reason is sent as an HTTP
-response, since every client speaks HTTP first.
+14 kB. A connection that is still silent needs none of them: here it waits in the backlog, as a
+plain socket in one epoll set. A connection beyond a rate limit is refused. The reason is sent as an
+HTTP response, since every client speaks HTTP first.
 
 Epoll reports the connections that have sent bytes, and takes no time for the others. The backlog
 peeks at the bytes and leaves them to the handler that serves the connection. Since the bytes stay
@@ -118,7 +117,7 @@ class Backlog:
             connection: Non-blocking socket.
             source: Address or group of addresses against whose rate limits the connection counts.
             deadline: Time by which the request has to come [s]; not earlier than the deadline of
-                any connection that is on the backlog already.
+                any connection that is in the backlog already.
 
         Raises:
             OSError: The system has no memory for another watched connection.
@@ -145,7 +144,7 @@ class Backlog:
 
         Returns:
             The removed connection, and whether it is to be served; None for the connection if it
-            stays on the backlog.
+            stays in the backlog.
         """
         one = self._held.get(file)
         if one is None:
@@ -179,7 +178,7 @@ class Backlog:
         return found
 
     def close(self) -> list[Silent]:
-        """Stop watching; return the connections that were on the backlog."""
+        """Stop watching; return the connections that were in the backlog."""
         held = list(self._held.values())
         self._held.clear()
         self._shown.close()
@@ -212,11 +211,11 @@ class Acceptor(socket.socket):
     """Listening socket for one address of a server.
 
     The event loop watches `fileno`, the epoll set of the backlog: it contains the silent
-    connections
-    and the listening socket. On systems without epoll, `accept` passes every connection on at once.
+    connections and the listening socket. On systems without epoll, `accept` passes every connection
+    on at once.
 
     Args:
-        limiter: ConnectionLimiter that admits connections by their rate limits.
+        limiter: Limiter that admits connections by their rate limits.
         loop: Event loop that serves the connections and calls the timers of the acceptor.
         tls: Whether connections begin with a TLS handshake.
     """

@@ -170,7 +170,7 @@ class Web:
 
     Args:
         body: Body whose Green's functions are served.
-        limiter: ConnectionLimiter with the rate limits and the clock of the server.
+        limiter: Limiter with the rate limits and the clock of the server.
         solve: Finds the block of Green's functions of a vertex; None lets the body itself solve.
         endpoints: Further kinds of connections, by their subprotocols.
 

@@ -306,7 +306,7 @@ class Taken(socket.socket):
     never has a protocol that could report it.
 
     Attributes:
-        limiter: ConnectionLimiter that counts the connection; None after the counting has ended.
+        limiter: Limiter that counts the connection; None after the counting has ended.
         source: Source against whose rate limits the connection counts.
         turns: Limit on handshakes per round, while this connection's handshake runs; None after it
             and without TLS.

@@ -72,7 +72,7 @@ async def listen(
         handle: Serves a websocket, which is closed when `handle` returns.
         process: Answers an HTTP request; returns None to let it become a websocket.
         settings: Settings of the server, with host, port and base path.
-        limiter: ConnectionLimiter that admits connections.
+        limiter: Limiter that admits connections.
         tls: TLS settings of every connection; None without TLS.
         acceptor: Listening socket to use in place of a new port; None opens the port.
         further: Subprotocols that the server accepts beside its own.
@@ -163,7 +163,7 @@ async def open_acceptors(
 
     Args:
         settings: Settings of the server, with host and port.
-        limiter: ConnectionLimiter that admits connections.
+        limiter: Limiter that admits connections.
         tell: Called with a sentence for each address of the name that this machine does not have.
         tls: Whether connections begin with a TLS handshake.
 

@@ -147,7 +147,7 @@ class Wire(ServerConnection):
     """The websocket connection to one client.
 
     Args:
-        limiter: ConnectionLimiter with the rate limits of the server; None makes a limiter for
+        limiter: Limiter with the rate limits of the server; None makes a limiter for
             this connection alone.
 
     Attributes:

@@ -22,7 +22,7 @@ from cohaptic.control.stability.single_contact import (
 )
 from cohaptic.control.stability.stable_set import closed_edges, lifted_edges
 from cohaptic.vec import ZERO, Vec3, add, scale, unit
-from cohaptic_client.loop.passivity import Passivity, dissipate, given_fraction, observe
+from cohaptic_client.loop.passivity import Passivity, dissipate, given_energy, observe
 from cohaptic_client.loop.safety import Mode, SafetyLimits, SafetyState
 from cohaptic_client.network.timing import LinkTiming, Pacer
 from tests.client.loop.safety_cases import guard
@@ -130,7 +130,7 @@ def energies() -> list[dict[str, Any]]:
         damping, damped = dissipate(
             memory.owed, memory.damping, given["force"], given["speed_in"], given["dt"], 6.0
         )
-        stored = given_fraction(**law)
+        stored = given_energy(**law)
         more = stored - memory.stored
         owed = observe(memory.owed, given["work"], more, given["from_body"], given["dt"])
         memory = Passivity(owed, damping, stored)

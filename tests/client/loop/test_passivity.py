@@ -14,7 +14,7 @@ from cohaptic_client.loop.passivity import (
     STEP_RATE,
     device_damping_limit,
     dissipate,
-    given_fraction,
+    given_energy,
     observe,
 )
 
@@ -68,7 +68,7 @@ def test_a_spring_stores_the_area_under_what_it_gives(
     area = 0.5 * scale * stiffness * corner * corner + limit * (depth - corner)
     law = stiffness * depth
     ratio = min(scale * law, limit) / law if law > 0.0 else scale
-    stored = given_fraction(0.5 * law * depth, ratio, scale)
+    stored = given_energy(0.5 * law * depth, ratio, scale)
     assert stored == pytest.approx(area, rel=1e-9, abs=1e-15)
 
 
@@ -77,7 +77,7 @@ def test_a_spring_never_stores_more_than_its_share_nor_less_than_nothing(
     stored: float, ratio: float, scale: float
 ) -> None:
     """Also while its force still has to come down from a larger one."""
-    given_to_hand = given_fraction(stored, ratio, scale)
+    given_to_hand = given_energy(stored, ratio, scale)
     assert 0.0 <= given_to_hand <= scale * stored * (1.0 + 1e-12)
     if ratio >= scale:
         assert given_to_hand == pytest.approx(scale * stored)

@@ -28,6 +28,7 @@ from cohaptic.protocol.watch_messages import (
 )
 from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.peer import LogLine, Outcome, Peer
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.seats.names import REPLACE_AFTER
@@ -40,7 +41,7 @@ TO_WALL = 1e9  # s
 WATCH = encode_control(Watch(protocol=PROTOCOL_VERSION))
 
 
-def session_host(body: Balloon, **settings: Any) -> SessionHost:
+def session_host(body: Body, **settings: Any) -> SessionHost:
     room = Room(body, ServerSettings(**settings))
     return SessionHost(room, SceneBroadcast(room, model=None))
 

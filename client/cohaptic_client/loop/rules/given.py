@@ -9,7 +9,7 @@ from cohaptic.control.geometry import Sight
 from cohaptic.control.law import pressed_depth
 from cohaptic.vec import ZERO, Vec3, add, dot, norm, scale, sub
 from cohaptic_client.loop.law_fade import LawFade
-from cohaptic_client.loop.passivity import Passivity, given_fraction, observe
+from cohaptic_client.loop.passivity import Passivity, given_energy, observe
 from cohaptic_client.loop.period import Period
 from cohaptic_client.loop.replica import move
 from cohaptic_client.loop.rule import Rule
@@ -28,7 +28,7 @@ class Account(Rule):
         stored, C = period.local.stored, period.compliance
         if C is not None:
             stored += stored_by_friction(period.friction, period.law_force, C)
-        stored = given_fraction(stored, period.given_ratio, period.safety.scale)
+        stored = given_energy(stored, period.given_ratio, period.safety.scale)
         from_body = work_of_body(before, now, period.fade, period.moved_in, friction=C is not None)
         on_hand = 0.5 * dot(add(state.safety.force, period.safety.force), period.moved)
         memory = state.passivity

@@ -80,7 +80,7 @@ class HandedAcceptor(socket.socket):
 
     Args:
         end: Receiving end of a pair; the acceptor takes over its file descriptor.
-        limiter: ConnectionLimiter that admits connections by their rate limits.
+        limiter: Limiter that admits connections by their rate limits.
         left: Called with the number of each connection that has ended.
     """
 

@@ -16,10 +16,9 @@ from cohaptic_server.world.partners.small_gain import LAGS
 from cohaptic_server.world.state import Touch
 
 # Largest deflection, in forces over the stiffness of a model: a resonance in full swing. The force
-# is the
-# largest that the hand has told lately, so that a client cannot press with a deflection alone.
-# Reasoned,
-# not measured, as are the other numbers here; experiments/attacks has what liars do within them.
+# is the largest that the hand has reported lately, so that a client cannot press with a deflection
+# alone. Reasoned, not measured, as are the other numbers here; experiments/attacks has what liars
+# do within them.
 _MAX_DEFLECTION: Final = 2.0
 # N more than a hand has told lately, for one that has just touched, and relative to its force: a
 # hand on its way into the object is a sample ahead of the force that it told.

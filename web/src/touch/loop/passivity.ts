@@ -52,7 +52,7 @@ export function observe(owed: number, work: number, stored: number, from_body: n
  * @param ratio Force that the hand gets over the law's force.
  * @param scale Share to which the safety layer has faded the law.
  */
-export function givenShare(stored: number, ratio: number, scale: number): number {
+export function givenEnergy(stored: number, ratio: number, scale: number): number {
   if (scale <= 0) return 0;
   const given = Math.min(ratio, scale); // a force that still has to fall to the law's is no spring force
   return stored * given * (2 - given / scale);

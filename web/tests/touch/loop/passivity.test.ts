@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { deviceDampingLimit, dissipate, givenShare, NOTHING_OWED, observe } from "../../../src/touch/loop/passivity";
+import { deviceDampingLimit, dissipate, givenEnergy, NOTHING_OWED, observe } from "../../../src/touch/loop/passivity";
 import { expectClose } from "../../close";
 import { vectors } from "../../vectors";
 
@@ -18,7 +18,7 @@ test("as the Python client, energy comes and is taken out", () => {
   let state = NOTHING_OWED;
   (vectors("passivity") as Row[]).forEach((v, i) => {
     const [damping, damped] = dissipate(state, v.force, v.speed_in, v.dt, 6);
-    const stored = givenShare(v.spring.stored, v.spring.ratio, v.spring.scale);
+    const stored = givenEnergy(v.spring.stored, v.spring.ratio, v.spring.scale);
     const owed = observe(state.owed, v.work, stored - state.stored, v.from_body, v.dt);
     state = { owed, damping, stored };
     expectClose(state, v.after, `after ${i}`);

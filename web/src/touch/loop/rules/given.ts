@@ -11,7 +11,7 @@ import type { Compliance3 } from "../../../model/body";
 import type { LawName } from "../../../model/laws";
 import { add, dot, norm, scale, sub, type Vec3, ZERO } from "../../../model/vec";
 import type { LawFade } from "../law_fade";
-import { givenShare, observe } from "../passivity";
+import { givenEnergy, observe } from "../passivity";
 import type { Period } from "../period";
 
 /** Keep the account of the energy that the network has made, for the passivity layer. */
@@ -20,7 +20,7 @@ export function keepAccount(period: Period): void {
   if (period.settings.max_damping <= 0 || state.sight === null || sight === null || fade === null) return;
   let { stored } = period.local;
   if (C !== null) stored += storedAlong(friction.force, period.law_force, C, friction.fraction);
-  stored = givenShare(stored, period.given_ratio, safety.scale);
+  stored = givenEnergy(stored, period.given_ratio, safety.scale);
   const work = 0.5 * dot(add(state.safety.force, safety.force), period.moved);
   const before = state.passivity;
   const from_body = fromBody(state.sight, sight, fade, period.moved_in, C !== null);
