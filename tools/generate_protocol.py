@@ -1,4 +1,4 @@
-"""Write what is made from the table of frames: the page's layout and the tables of the docs.
+"""Write what is made from the table of frames: the page's layout, that of C++, tables of the docs.
 
     python tools/generate_protocol.py [--check]
 
@@ -16,7 +16,15 @@ from collections.abc import Callable, Iterator
 from itertools import groupby
 from pathlib import Path
 
-from cohaptic.protocol import frame, neighbourhood, patch, quantised_mesh, rest_mesh, scene
+from cohaptic.protocol import (
+    frame,
+    messages,
+    neighbourhood,
+    patch,
+    quantised_mesh,
+    rest_mesh,
+    scene_users,
+)
 from cohaptic.protocol.fields import HEAD, Field, FrameKind, Layout
 from cohaptic.protocol.layout import (
     ACK,
@@ -26,12 +34,14 @@ from cohaptic.protocol.layout import (
     FACE,
     LAYOUTS,
     OWN_MODEL,
+    PATCH,
     VERTEX,
 )
 from cohaptic.protocol.version import FAMILY, PROTOCOL_VERSION
 
 ROOT = Path(__file__).parents[1]
 PAGE, DOCS = ROOT / "web/src/protocol/layout.ts", ROOT / "docs/protocol.md"
+HEADER = ROOT / "clients/cpp/cohaptic.hpp"
 _SENT = (CONTACT_SAMPLE, ANCHOR, DEFLECTION, OWN_MODEL, ACK)  # the page writes these
 _BULK = (VERTEX, FACE)  # the page reads these by the thousand, in loops of its own
 # Limits of the codecs that the page checks, too, with their units.
@@ -48,11 +58,29 @@ _LIMITS: dict[str, tuple[float, str]] = {
     "MAX_FACES": (rest_mesh.MAX_FACES, ""),
     "MAX_MESH_BYTES": (rest_mesh.MAX_BYTES, ""),
     "MESH_STEPS": (quantised_mesh.STEPS, "on each axis of a quantised mesh"),
-    "MAX_USERS": (scene.MAX_USERS, ""),
+    "MAX_USERS": (scene_users.MAX_USERS, ""),
     "MAX_GAIN_CUT": (patch.MAX_GAIN_CUT, "N/m, in a tick's ledger"),
-    "MAX_USER_CURVATURE": (scene.MAX_CURVATURE, "1/m, in a scene"),
-    "MAX_LOOP_DELAY": (scene.MAX_LOOP_DELAY, "s"),
+    "MAX_USER_CURVATURE": (scene_users.MAX_CURVATURE, "1/m, in a scene"),
+    "MAX_LOOP_DELAY": (scene_users.MAX_LOOP_DELAY, "s"),
 }
+# Those that the client in C++ checks: it reads patches, and writes samples.
+_LIMITS_OF_CPP: dict[str, tuple[float, str]] = {
+    name: _LIMITS[name]
+    for name in (
+        "MAX_POSITION", "MAX_FORCE", "MAX_STIFFNESS", "MIN_COMPLIANCE", "MAX_CURVATURE",
+        "MAX_LAG", "MAX_COUPLING", "MAX_GAIN_CUT",
+    )
+} | {
+    "MAX_COMPLIANCE": (patch.MAX_COMPLIANCE, "m/N"),
+    "MAX_CUT": (3.0 * frame.MAX_FORCE, "N, in a tick's ledger"),
+    "MIN_PERIOD": (messages.MIN_PERIOD, "s, of the simulation"),
+    "MAX_PERIOD": (messages.MAX_PERIOD, "s"),
+    "MAX_FRAME_BYTES": (frame.MAX_MESH_FRAME_BYTES, "of a binary message to who touches"),
+    "MAX_TEXT": (messages.MAX_WELCOME_TEXT, "characters of a message to who touches"),
+    "MAX_TOKEN": (messages.MAX_TOKEN, "characters"),
+}  # fmt: skip
+_OF_CPP = (CONTACT_SAMPLE, PATCH)
+_CPP_BLOCK = re.compile(r"(// <generated: [^\n]*>\n)(.*?)(// <end of what is generated>\n)", re.S)
 _BLOCK = re.compile(r"<!-- generated: (\w+) -->\n(.*?)<!-- end -->", re.S)
 _ACCESSORS = {
     "u8": "Uint8", "u16": "Uint16", "u32": "Uint32", "i16": "Int16", "f32": "Float32",
@@ -76,7 +104,11 @@ def main() -> None:
 
 def generated() -> dict[Path, str]:
     """The text that each generated file must have."""
-    return {PAGE: typescript(), DOCS: with_tables(_text(DOCS))}
+    return {
+        PAGE: typescript(),
+        DOCS: with_tables(_text(DOCS)),
+        HEADER: with_constants(_text(HEADER)),
+    }
 
 
 def _text(path: Path) -> str:
@@ -94,6 +126,52 @@ def with_tables(page: str) -> str:
     if sorted(named) != sorted(made) or page.count("<!-- generated: ") != len(made):
         raise ValueError(f"the blocks of {DOCS.name} are {named}, and not once each of {[*made]}")
     return _BLOCK.sub(lambda m: f"<!-- generated: {m[1]} -->\n\n{made[m[1]]}\n<!-- end -->", page)
+
+
+def with_constants(header: str) -> str:
+    """The header of C++ with its generated block made anew, and all else as it is.
+
+    Raises:
+        ValueError: The block is missing, or comes twice.
+    """
+    if len(_CPP_BLOCK.findall(header)) != 1:
+        raise ValueError(f"{HEADER.name} has not exactly one generated block")
+    return _CPP_BLOCK.sub(lambda m: f"{m[1]}{cpp()}{m[3]}", header)
+
+
+def cpp() -> str:
+    """The constants of the wire in C++: version, limits, kinds, and where the fields begin."""
+    limits = "".join(
+        f"constexpr double {name} = {value:.15g};{f'  // {unit}' if unit else ''}\n"
+        for name, (value, unit) in _LIMITS_OF_CPP.items()
+    )
+    parts = "".join(f"\n{_namespace(layout)}" for layout in _OF_CPP)
+    shapes = ", ".join(f"{shape.name.title()} = {shape.value}" for shape in patch.Geometry)
+    laws = ", ".join(f"{law.name.title()} = {n}" for n, law in enumerate(patch.LAWS, 1))
+    return f"""\
+constexpr int PROTOCOL_VERSION = {PROTOCOL_VERSION};
+constexpr const char *SUBPROTOCOL = "{FAMILY}{PROTOCOL_VERSION}";
+constexpr std::size_t HEAD_SIZE = {HEAD.size};
+enum class Geometry : unsigned {{ {shapes} }};
+enum class Law : unsigned {{ {laws} }};
+{limits}{parts}"""
+
+
+def _namespace(layout: Layout) -> str:
+    """A namespace with the kind and size of a frame, and the offset of each of its fields."""
+    assert layout.frame is not None
+    lines = [
+        f"constexpr unsigned KIND = {layout.frame.kind.value};",
+        f"constexpr std::size_t SIZE = {layout.size};",
+        *(
+            f"constexpr std::size_t {field.name} = {at};  // {_type(field)}"
+            + (f" [{field.unit}]" if field.unit else "")
+            for at, field in _named(layout)
+        ),
+    ]
+    body = "".join(f"{line}\n" for line in lines)
+    name = f"namespace at_{layout.name}"
+    return f"// {layout.meaning}\n{name} {{\n{body}}}  // {name}\n"
 
 
 def _overview() -> str:
