@@ -36,6 +36,12 @@ if TYPE_CHECKING:
     from cohaptic_client.devices.simulated import SimulatedDevice as SimulatedDevice
     from cohaptic_client.loop.added import Contact as Contact
     from cohaptic_client.loop.added_rule import AddedRule as AddedRule
+    from cohaptic_client.news import News as News
+    from cohaptic_client.scripting.joining import join as join
+    from cohaptic_client.scripting.joining import joined as joined
+    from cohaptic_client.scripting.live_hand import LiveHand as LiveHand
+    from cohaptic_client.scripting.live_hand import Other as Other
+    from cohaptic_client.scripting.stream import Stream as Stream
     from cohaptic_client.settings import ClientSettings as ClientSettings
 
 __all__ = [
@@ -51,14 +57,26 @@ __all__ = [
     "DeviceKind",
     "DeviceSample",
     "Found",
+    "LiveHand",
+    "News",
+    "Other",
     "Placed",
     "SimulatedDevice",
+    "Stream",
+    "join",
+    "joined",
     "place",
     "placed_info",
 ]
 
 # The module that defines each public name.
 _HOMES = {
+    "News": "cohaptic_client.news",
+    "Stream": "cohaptic_client.scripting.stream",
+    "Other": "cohaptic_client.scripting.live_hand",
+    "LiveHand": "cohaptic_client.scripting.live_hand",
+    "joined": "cohaptic_client.scripting.joining",
+    "join": "cohaptic_client.scripting.joining",
     "Client": "cohaptic_client.client",
     "Device": "cohaptic_client.devices.device",
     "DeviceChoice": "cohaptic_client.devices.kind",

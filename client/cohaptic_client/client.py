@@ -11,6 +11,7 @@ import functools
 import math
 import secrets
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from cohaptic.clock import SystemClock
@@ -23,18 +24,22 @@ from cohaptic.errors import (
     one_line,
 )
 from cohaptic.protocol.messages import BodyInfo
+from cohaptic.protocol.patch import Patch
 from cohaptic.recording.journal import Clocks
 from cohaptic.status.report import TouchStatus
 from cohaptic.status.row import Row, acted_in
+from cohaptic.vec import Vec3
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.haptics import Haptics
-from cohaptic_client.loop.added import reasons_of
+from cohaptic_client.loop.added import RuleChoice, reasons_of
+from cohaptic_client.loop.passed import Passed
 from cohaptic_client.loop.safety import Mode
 from cohaptic_client.network.conversation import Conversation, Refused
 from cohaptic_client.network.link import Link
 from cohaptic_client.network.timing import LinkTiming
 from cohaptic_client.news import (
     FaultNews,
+    News,
     fault_in_words,
     scheduling_in_words,
     silence_in_words,
@@ -43,8 +48,8 @@ from cohaptic_client.settings import ClientSettings
 
 
 @functools.cache
-def _names_of(rules: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the names in the ledger of rules of other packages, by those of their entry points."""
+def _names_of(rules: tuple[RuleChoice, ...]) -> tuple[str, ...]:
+    """Return the names in the ledger of rules of other packages and of scripts."""
     return tuple(reasons_of(rules))
 
 
@@ -166,7 +171,8 @@ class Client:
     Args:
         tell: Function that shows a piece of news to the user.
         keep: Function that records the new rows of the loop, as blocks for
-            `cohaptic.status.row.rows_in`; None if the rows of all periods are not needed.
+            `cohaptic.rows_in`; None if the rows of all periods are not needed.
+        passed: Device and rules of a script; None if everything has a name.
 
     Attributes:
         hears: Function that returns whether the user can acknowledge a fault; it returns True
@@ -177,14 +183,21 @@ class Client:
         self,
         settings: ClientSettings,
         *,
-        tell: Callable[[str], None],
+        tell: Callable[[News], None],
         keep: Callable[[bytes], None] | None,
+        passed: Passed | None = None,
     ) -> None:
+        if passed is not None and passed.choice is not None:
+            settings = replace(settings, device=passed.choice)
         self.settings = settings
         self.clock = SystemClock()
         # News contains names and reasons from strangers, and goes to a terminal.
-        self._tell: Callable[[str], None] = lambda news: tell(one_line(news, _LONGEST_NEWS))
-        self._haptics = Haptics(settings, self.clock, keep)
+        self._tell: Callable[[News], None] = lambda news: tell(
+            News(news.kind, one_line(news, _LONGEST_NEWS))
+        )
+        pickle = b"" if passed is None else passed.pickle
+        self._haptics = Haptics(settings, self.clock, keep, passed=pickle)
+        self._target: tuple[Vec3, float] | None = None  # of a scripted tip, in the world frame
         self._conversation: Conversation | None = None  # the newest one, which may be over
         # Secret with which this client alone can take its name again.
         self._key = secrets.token_hex(16)
@@ -193,8 +206,8 @@ class Client:
         self._next_beat = 0.0
         self._faults = FaultNews()
         self._silences = FaultNews()
-        # Late forces do not matter to a simulated hand: no news of the scheduling.
-        self._scheduling_reported = settings.device.name == "simulated"
+        # Late forces do not matter to a hand that is no person's: no news of the scheduling.
+        self._scheduling_reported = not device_info(settings.device).held
         self._leaving = False  # whether this client ends, so that a lost connection is not reported
         self.hears: Callable[[], bool] = lambda: True
 
@@ -226,6 +239,43 @@ class Client:
     def body(self) -> BodyInfo | None:
         """Body that this client touches; None before the server has admitted it."""
         return self._haptics.body
+
+    @property
+    def row(self) -> Row | None:
+        """Row of the loop's newest period; None before the first."""
+        return self._haptics.newest_row()
+
+    @property
+    def lost_rows(self) -> int:
+        """Number of rows that never came to `keep`: this process stood still for seconds."""
+        return self._haptics.lost_rows
+
+    @property
+    def patch(self) -> Patch | None:
+        """Newest patch, in the world frame; None before the first."""
+        return None if self._conversation is None else self._conversation.patch
+
+    @property
+    def user(self) -> int | None:
+        """Number of this user in the room; None before the server has admitted this client."""
+        return None if self._conversation is None else self._conversation.user
+
+    @property
+    def token(self) -> str:
+        """Token by which this user's further connections are let in; empty for none."""
+        conversation = self._conversation
+        session = conversation.session if conversation is not None else ""
+        return session or self._session or self.settings.token
+
+    @property
+    def others(self) -> dict[int, str]:
+        """Names of the other users in the room, by number."""
+        return {} if self._conversation is None else self._conversation.others
+
+    def move_to(self, point: Vec3, seconds: float = 0.0) -> None:
+        """Move a scripted tip to `point` of the world frame [m] in so many seconds [s]."""
+        self._target = (point, seconds)
+        self._haptics.move_to(point, seconds)
 
     def status(self) -> TouchStatus:
         """Return the present state of this client."""
@@ -265,20 +315,21 @@ class Client:
         self._next_beat = now + HEARTBEAT
         fault, haptics = self._haptics.beat(), self._haptics
         if self._faults.is_new(fault, now):
-            self._tell(fault_in_words(fault, held=haptics.holds_fault, heard=self.hears()))
+            words = fault_in_words(fault, held=haptics.holds_fault, heard=self.hears())
+            self._tell(News("fault", words))
         silence = silence_in_words(haptics.status)
         if self._silences.is_new(silence, now):
-            self._tell(silence)
+            self._tell(News("device", silence))
         if not self._scheduling_reported and (reported := haptics.status.get("scheduling", "")):
             self._scheduling_reported = True
             if refused := scheduling_in_words(str(reported)):
-                self._tell(refused)
+                self._tell(News("machine", refused))
 
     def acknowledge(self) -> None:
         """Acknowledge the fault: force may return once the hand has left the object."""
         if self._haptics.holds_fault:
             self._haptics.acknowledge()
-            self._tell("acknowledged; lift off the object to go on")
+            self._tell(News("fault", "acknowledged; lift off the object to go on"))
 
     async def _keep_beating(self) -> None:
         """Send heartbeats to the loop every `SLOW_HEARTBEAT` [s], even without a connection."""
@@ -310,8 +361,10 @@ class Client:
                 # Gains that a person has fixed for one object may be unstable at another.
                 if self.settings.fixed_gains is not None:
                     raise
-                self._tell(f"{another}; the hand comes back to it")
+                self._tell(News("server", f"{another}; the hand comes back to it"))
                 self._haptics = await self._haptics.anew()
+                if self._target is not None:
+                    self._haptics.move_to(*self._target)
                 await asyncio.sleep(RETRY)
                 until = self.clock.now() + patience
                 continue
@@ -325,7 +378,7 @@ class Client:
                 ours = refused.code == CloseCode.NAME_TAKEN.value and self._haptics.running
                 if not ours and refused.code != CloseCode.SERVER_STOPS.value:
                     if refused.code == CloseCode.ROOM_FULL.value and not self.settings.wait_seat:
-                        self._tell("with --wait-seat you wait for a place")
+                        self._tell(News("waiting", "with --wait-seat you wait for a place"))
                     raise
                 error = refused
             if self._leaving:
@@ -335,7 +388,8 @@ class Client:
             if str(error) != sentence:
                 sentence = str(error)
                 left = until - self.clock.now()
-                self._tell(f"{sentence}; trying again" + (f" for {left:.0f} s" * (left < math.inf)))
+                how_long = f" for {left:.0f} s" * (left < math.inf)
+                self._tell(News("server", f"{sentence}; trying again{how_long}"))
             await asyncio.sleep(RETRY)
 
     async def _converse(self) -> str:

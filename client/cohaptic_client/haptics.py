@@ -19,8 +19,10 @@ from cohaptic.protocol.messages import BodyInfo, Welcome
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.simulated.cast import cast
 from cohaptic.status.row import Row, last_row
+from cohaptic.vec import Vec3
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.devices.kind import DeviceConfig
+from cohaptic_client.devices.scripted import TARGET
 from cohaptic_client.loop.config import LoopConfig, haptic_period, law_settings, silent_after
 from cohaptic_client.loop.handle import HapticProcess, TipSample
 from cohaptic_client.loop.memory import MESH_SUFFIX, LoopMemory, remove_killed
@@ -35,6 +37,7 @@ class Haptics:
         clock: Clock of this process; the loop reads the same time.
         keep: Function that records the rows since the last call, as a block for
             `cohaptic.status.row.rows_in`; None if the rows of all periods are not needed.
+        passed: Device and rules of a script, as the loop's process receives them; empty for none.
         fault: Fault of an earlier loop that the user has not acknowledged; empty for none.
 
     Raises:
@@ -52,6 +55,7 @@ class Haptics:
         clock: SystemClock,
         keep: Callable[[bytes], None] | None,
         fault: str = "",
+        passed: bytes = b"",
     ) -> None:
         self.row: Row | None = None
         self.silent_after: float | None = None
@@ -59,6 +63,7 @@ class Haptics:
         self._clock = clock
         self._keep = keep
         self._fault = fault
+        self._passed = passed
         remove_killed(clock.now() + clock.to_wall())
         with _room(settings.device.name):
             self._memory = LoopMemory.create()
@@ -101,7 +106,7 @@ class Haptics:
         await self.stop()
         self.close()
         fault = str(self.status.get("fault", "")) if self.holds_fault else self._fault
-        return Haptics(self._settings, self._clock, self._keep, fault)
+        return Haptics(self._settings, self._clock, self._keep, fault, self._passed)
 
     def keep_mesh(self, mesh: RestMesh) -> None:
         """Write the mesh of the resting body to the file that the loop reads at its start.
@@ -134,10 +139,11 @@ class Haptics:
                 mesh=self._mesh,
                 every_row=self._keep is not None,
             )
-            config, self._fault = replace(config, fault=self._fault), ""
+            config = replace(config, fault=self._fault, passed=bool(self._passed))
+            self._fault = ""
             self._welcome = welcome
             self.silent_after = config.limits.silent_after
-            self._process = HapticProcess(config, self._memory)
+            self._process = HapticProcess(config, self._memory, self._passed)
         elif (welcome.body, welcome.simulation_period) != (
             self._welcome.body,
             self._welcome.simulation_period,
@@ -154,6 +160,28 @@ class Haptics:
             limit = "a rest mesh, then samples, before it"
             raise RemoteProtocolError("message", "Patch", limit)
         self._process.give_patch(frame)
+
+    def move_to(self, point: Vec3, seconds: float) -> None:
+        """Set where a scripted tip moves, also before the loop has started.
+
+        Args:
+            point: Place in the world frame [m].
+            seconds: Time in which to get there; longer if that is too fast for a hand [s].
+        """
+        self._memory.target.write(TARGET.pack(*point, seconds))
+
+    def newest_row(self) -> Row | None:
+        """Return the row of the newest period; of the last one after the end; None before."""
+        if self._process is not None:
+            # The memory is closed at the end, perhaps by another thread.
+            with contextlib.suppress(ValueError):
+                return self._process.newest_row()
+        return self.row
+
+    @property
+    def lost_rows(self) -> int:
+        """Number of rows that were lost, because this process stood still for seconds."""
+        return 0 if self._process is None else self._process.lost_rows
 
     def newest_sample(self) -> TipSample | None:
         """Return the tip and force of the newest period; None before the first period."""
@@ -264,7 +292,7 @@ def loop_config(
         law=law_settings(settings.thresholds, simulation_period, limits),
         smoothing=settings.smoothing,
         friction=settings.friction,
-        rules=settings.rules,
+        rules=tuple(rule if isinstance(rule, str) else "" for rule in settings.rules),
         follow=settings.fixed_gains is None,
         max_damping=settings.damping_limit,
         device=DeviceConfig(

@@ -4,13 +4,35 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 from cohaptic_client.loop.safety import NOT_HELD
 
 # s between two sentences about faults: a hand that is too fast in every other period would fill
 # the terminal. The status line shows every fault.
 FAULT_NEWS: Final = 2.0
+
+
+Kind = Literal["touching", "waiting", "fault", "device", "server", "user", "room", "machine"]
+
+
+class News(str):
+    """A sentence for the user, with the kind of event that it is about.
+
+    Attributes:
+        kind: touching (admitted to a room), waiting (for a place in a full room), fault (the force
+            was taken off, or the fault was acknowledged), device (it is silent), server (lost, or
+            another object), user (one joined, left or has a new name), room (an administrator
+            acted), machine (its scheduling).
+    """
+
+    kind: Kind
+
+    def __new__(cls, kind: Kind, sentence: str) -> News:
+        """Make a piece of news of a sentence."""
+        news = super().__new__(cls, sentence)
+        news.kind = kind
+        return news
 
 
 def fault_in_words(fault: str, *, held: bool, heard: bool) -> str:

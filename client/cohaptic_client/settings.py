@@ -16,7 +16,7 @@ from cohaptic_client.address import check_secrecy
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.devices.kind import SIMULATED, DeviceChoice
 from cohaptic_client.devices.placing.options import clutch_is_switch
-from cohaptic_client.loop.added import check_rules
+from cohaptic_client.loop.added import RuleChoice, check_rules
 from cohaptic_client.loop.config import haptic_period
 from cohaptic_client.loop.passivity import device_damping_limit
 
@@ -39,7 +39,7 @@ class ClientSettings:
         passivity: Whether the passivity layer is on.
         models: Whether the loop moves models of the other hands, which answer at once.
         rules: Rules of other packages in the loop, by the names of their entry points in
-            `cohaptic.rules`, in the order in which they act.
+            `cohaptic.rules`, or rules of a script; in the order in which they act.
         device: Device with its options, as `catalogue.read_device` reads them.
         loop_hz: Rate of the haptic loop [Hz]; its reciprocal is the haptic period T.
         max_force: Largest force on the hand [N].
@@ -71,7 +71,7 @@ class ClientSettings:
     friction: float = 0.0
     passivity: bool = True
     models: bool = True
-    rules: tuple[str, ...] = ()
+    rules: tuple[RuleChoice, ...] = ()
     device: DeviceChoice = SIMULATED
     loop_hz: float = 1000.0
     max_force: float = 10.0
@@ -127,7 +127,8 @@ class ClientSettings:
         """
         if self.hold_faults is not None:
             return self.hold_faults
-        return self.device.name != "simulated" and device_info(self.device).max_force > 0.0
+        info = device_info(self.device)
+        return info.held and info.max_force > 0.0
 
     @property
     def moves_models(self) -> bool:

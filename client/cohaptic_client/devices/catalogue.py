@@ -1,6 +1,7 @@
 """Finds drivers by name, and imports only the driver of the chosen device.
 
-Two drivers are in this folder; packages such as `cohaptic_drivers` add all others by entry points.
+The drivers for everybody and those for scripts are in this folder; packages such as
+`cohaptic_drivers` add all others by entry points.
 """
 
 from __future__ import annotations
@@ -20,6 +21,11 @@ _HERE = {
     "simulated": "cohaptic_client.devices.simulated",
     "spacemouse": "cohaptic_client.devices.spacemouse",
 }
+# Those that only a script chooses, so that no list for users has them.
+_OF_SCRIPTS = {
+    "passed": "cohaptic_client.devices.passed",
+    "scripted": "cohaptic_client.devices.scripted",
+}
 
 
 def names() -> list[str]:
@@ -34,8 +40,8 @@ def device_kind(name: str) -> DeviceKind:
         SettingError: There is no such driver; the error lists the names that exist.
         ExtensionError: The package that adds the driver is broken.
     """
-    if name in _HERE:
-        return cast(DeviceKind, import_module(_HERE[name]).KIND)
+    if module := _HERE.get(name) or _OF_SCRIPTS.get(name):
+        return cast(DeviceKind, import_module(module).KIND)
     if name not in added(GROUP):
         raise SettingError("device", repr(name), f"one of: {', '.join(names())}")
     return load(GROUP, name, DeviceKind)
@@ -62,7 +68,7 @@ def open_device(config: DeviceConfig) -> Device:
     except CohapticError:
         raise
     except Exception as error:  # a foreign driver may raise anything; the user gets one sentence
-        if name in _HERE or adder(GROUP, name) == OURS:
+        if name in _HERE or name in _OF_SCRIPTS or adder(GROUP, name) == OURS:
             raise
         raise DeviceError(name, f"its driver failed ({error})") from error
 

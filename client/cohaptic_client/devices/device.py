@@ -33,6 +33,7 @@ class DeviceInfo:
         switch: Whether it has a button that the hand can hold together with the device.
         lets_go: Time without a new force after which its driver or board drops the last force by
             itself; inf if the last force stays on the hand [s].
+        held: Whether a person holds it, whom a force can hurt and who can acknowledge a fault.
     """
 
     name: str
@@ -50,6 +51,7 @@ class DeviceInfo:
     force_axes: int = 3
     switch: bool = False
     lets_go: float = math.inf
+    held: bool = True
 
 
 @dataclass(init=False)

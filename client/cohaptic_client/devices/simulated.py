@@ -33,7 +33,9 @@ _VELOCITY_FILTER: Final = 0.005
 _LONGEST_LATENCY: Final = 64  # most delayed reports: 16 ms of a device that is read at 4 kHz
 # The stall is long, because a simulated hand stops with a process that stalls, and hurts nobody.
 # This device, the rig, is well damped, so that tests show the laws and not the device.
-INFO = DeviceInfo("simulated", max_force=10.0, max_stiffness=2000.0, damping=10.0, stall=1.0)
+INFO = DeviceInfo(
+    "simulated", max_force=10.0, max_stiffness=2000.0, damping=10.0, stall=1.0, held=False
+)
 
 
 class SimulatedDevice:
@@ -178,6 +180,7 @@ def _preset(
         friction=friction,
         resolution=step,
         latency=latency,
+        held=False,
     )
 
 

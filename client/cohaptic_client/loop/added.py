@@ -193,49 +193,58 @@ class AddedLaw(Added):
         self.enter(period, normal_force - spring)
 
 
-def check_rules(names: tuple[str, ...], law: Law = DEFAULT_LAW) -> None:
+RuleChoice = str | AddedRule  # name of an entry point, or a rule of a script
+
+
+def check_rules(rules: tuple[RuleChoice, ...], law: Law = DEFAULT_LAW) -> None:
     """Check that rules are installed, and may be in one loop.
 
     Args:
-        names: Names of their entry points.
+        rules: Names of entry points, or rules of a script.
         law: Law of the wire.
 
     Raises:
-        SettingError: There is no such rule, or they do not go together.
+        SettingError: There is no such rule, they do not go together, or a rule of a script is none.
         ExtensionError: A rule cannot be loaded, or its name names no column of a recording.
     """
-    if len(names) > MAX_RULES:
+    if len(rules) > MAX_RULES:
         raise SettingError(
-            "--rule", f"given {len(names)} times", f"given {MAX_RULES} times at most"
+            "--rule", f"given {len(rules)} times", f"given {MAX_RULES} times at most"
         )
-    for name in names:
-        if name not in names_of(GROUP):
-            alike = [each for each in names_of(GROUP) if each.replace("-", "_") == name]
+    for rule in rules:
+        if isinstance(rule, str) and rule not in names_of(GROUP):
+            alike = [each for each in names_of(GROUP) if each.replace("-", "_") == rule]
             known = ", ".join(alike or names_of(GROUP))
             known = known or "there is none; a package in the same Python brings them"
-            raise SettingError("--rule", repr(name), f"one that is installed: {known}")
-        rule = load_rule(name)
-        own = str(rule.name)
-        if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", own):
-            problem = f"its name is {own!r}, and must be small letters, digits and _, at most 31"
-            raise ExtensionError(GROUP, name, adder(GROUP, name), problem)
-        if {own, f"by_{own}"} & {*COLUMNS}:
-            problem = f"its name is {own!r}, as a column of recordings is; it must be another"
-            raise ExtensionError(GROUP, name, adder(GROUP, name), problem)
-        if place_of(rule) not in {each.value for each in Law}:
-            ours = ", ".join(each.value for each in Law)
-            problem = f"its in_place_of is {place_of(rule)!r}, and must be one of {ours}"
-            raise ExtensionError(GROUP, name, adder(GROUP, name), problem)
-    own_names = [rule.name for rule in map(load_rule, names)]
-    if len(set(own_names)) < len(names):
-        raise SettingError("--rule", ", ".join(names), "rules of different names, each given once")
-    laws = [rule for rule in map(load_rule, names) if rule.is_law]
+            raise SettingError("--rule", repr(rule), f"one that is installed: {known}")
+        if problem := _problem(load_rule(rule)):
+            if isinstance(rule, str):
+                raise ExtensionError(GROUP, rule, adder(GROUP, rule), problem)
+            raise SettingError("rule of a script", type(rule).__name__, f"another: {problem}")
+    loaded = [load_rule(rule) for rule in rules]
+    names = ", ".join(rule.name for rule in loaded)
+    if len({rule.name for rule in loaded}) < len(rules):
+        raise SettingError("--rule", names, "rules of different names, each given once")
+    laws = [rule for rule in loaded if rule.is_law]
     if len(laws) > 1:
-        raise SettingError("--rule", ", ".join(names), "at most one law among them")
+        raise SettingError("--rule", names, "at most one law among them")
     for rule in laws:
         place = place_of(rule)
         if place != law.value:
             raise SettingError("--law", law.value, f"{place}, whose place {rule.name} takes")
+
+
+def _problem(rule: Any) -> str:
+    """Return why a rule cannot be in a loop; empty if it can."""
+    own = str(rule.name)
+    if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", own):
+        return f"its name is {own!r}, and must be small letters, digits and _, at most 31"
+    if {own, f"by_{own}"} & {*COLUMNS}:
+        return f"its name is {own!r}, as a column of recordings is; it must be another"
+    if place_of(rule) not in {each.value for each in Law}:
+        ours = ", ".join(each.value for each in Law)
+        return f"its in_place_of is {place_of(rule)!r}, and must be one of {ours}"
+    return ""
 
 
 def place_of(rule: Any) -> str:
@@ -243,38 +252,44 @@ def place_of(rule: Any) -> str:
     return str(getattr(rule, "in_place_of", DEFAULT_LAW.value))
 
 
-def reasons_of(names: tuple[str, ...]) -> dict[str, str]:
+def reasons_of(rules: tuple[RuleChoice, ...]) -> dict[str, str]:
     """Return the names and reasons of rules, for a recording.
 
     Args:
-        names: Names of their entry points.
+        rules: Names of entry points, or rules of a script.
     """
-    return {rule.name: str(rule.reason) for rule in map(load_rule, names)}
+    return {rule.name: str(rule.reason) for rule in map(load_rule, rules)}
 
 
-def load_rule(name: str) -> Any:
-    """Return the rule of an entry point.
+def load_rule(choice: RuleChoice) -> Any:
+    """Return the rule of an entry point; a rule of a script is returned as it is.
 
     Raises:
+        SettingError: A script has given something else than an instance of `AddedRule`.
         ExtensionError: It cannot be loaded, or is no `AddedRule`.
     """
-    rule = load(GROUP, name, AddedRule)  # type: ignore[type-abstract]
+    if not isinstance(choice, str):
+        if isinstance(choice, type) or not isinstance(choice, AddedRule):
+            limit = "an instance with name, reason, is_law, begin() and apply(memory, contact)"
+            raise SettingError("rule of a script", repr(choice)[:80], limit)
+        return choice
+    rule = load(GROUP, choice, AddedRule)  # type: ignore[type-abstract]
     if isinstance(rule, type):
         problem = f"it is the class {rule.__name__}, and must be an instance: {rule.__name__}()"
-        raise ExtensionError(GROUP, name, adder(GROUP, name), problem)
+        raise ExtensionError(GROUP, choice, adder(GROUP, choice), problem)
     return rule
 
 
-def chain_with(names: tuple[str, ...]) -> tuple[Rule, ...]:
+def chain_with(rules: Sequence[RuleChoice]) -> tuple[Rule, ...]:
     """Return the chain with rules of other packages.
 
     Args:
-        names: Names of their entry points, in the order in which they act.
+        rules: Names of their entry points or rules of a script, in the order in which they act.
 
     Raises:
         ExtensionError: A rule cannot be loaded.
     """
-    return with_rules([load_rule(name) for name in names])
+    return with_rules([load_rule(rule) for rule in rules])
 
 
 def with_rules(rules: Sequence[AddedRule]) -> tuple[Rule, ...]:

@@ -33,7 +33,9 @@ class LoopConfig:
         every_row: Whether the loop writes a row for every period; otherwise it writes one every
             0.05 s.
         fault: Fault of the previous loop that the user has not acknowledged; empty for none.
-        rules: Names of rules of other packages, in the order in which they act.
+        rules: Names of rules of other packages, in the order in which they act; empty for the next
+            one of a script.
+        passed: Whether a script passes a device or rules to the process.
     """
 
     memory: str
@@ -51,6 +53,7 @@ class LoopConfig:
     every_row: bool = True
     fault: str = ""
     rules: tuple[str, ...] = ()
+    passed: bool = False
 
     def __post_init__(self) -> None:
         if not 1.0 / 4000 <= self.haptic_period <= 1.0 / 500:

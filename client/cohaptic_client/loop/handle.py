@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import signal
 import subprocess
 import sys
+import threading
 from typing import NamedTuple
 
 from cohaptic.errors import DeviceError
+from cohaptic.status.row import Row, last_row
 from cohaptic.vec import Vec3
+from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory
 from cohaptic_client.loop.running.watchdog import HELD
@@ -44,14 +48,18 @@ class TipSample(NamedTuple):
 class HapticProcess:
     """The process of the haptic loop, as the network process starts and controls it.
 
+    Args:
+        passed: Device and rules of a script, as `loop.passed` packs them; empty for none.
+
     Attributes:
         status: Newest report of the loop; empty before the first.
         stopping: Whether `request_stop` has told the loop to end.
     """
 
-    def __init__(self, config: LoopConfig, memory: LoopMemory) -> None:
+    def __init__(self, config: LoopConfig, memory: LoopMemory, passed: bytes = b"") -> None:
         self._memory = memory
-        self._device = config.device.choice.name
+        choice = config.device.choice
+        self._device = device_info(choice).name if config.passed else choice.name
         self._grace = _GRACE + config.limits.max_force / SAFETY_FADE_RATE
         self._beats = 0
         self._acknowledged = 0
@@ -59,7 +67,19 @@ class HapticProcess:
         self.stopping = False
         self.status: dict[str, object] = {}
         command = [sys.executable, "-m", "cohaptic_client.loop.process", config.to_json()]
-        self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL)
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE if passed else subprocess.DEVNULL
+        )
+        if passed:
+            # By a pipe, which no other program can write to; in a thread, because it fills up
+            # before the process reads.
+            threading.Thread(target=self._pass, args=(passed,), daemon=True).start()
+
+    def _pass(self, passed: bytes) -> None:
+        assert self._process.stdin is not None
+        # A process that has ended reports that itself.
+        with contextlib.suppress(OSError), self._process.stdin as pipe:
+            pipe.write(passed)
 
     def give_patch(self, frame: bytes) -> None:
         """Pass the frame of the newest patch to the loop."""
@@ -77,6 +97,16 @@ class HapticProcess:
                 t, tick, (x, y, z), (fx, fy, fz), anchor, deflection if deflections else None
             )
         return self._last
+
+    def newest_row(self) -> Row | None:
+        """Return the row of the newest period; None before the first."""
+        raw = self._memory.rows.newest()
+        return last_row(raw) if raw else None
+
+    @property
+    def lost_rows(self) -> int:
+        """Number of rows that `new_rows` came too late for."""
+        return self._memory.rows.lost
 
     def new_rows(self) -> bytes:
         """Return the rows since the last call, as a block for `cohaptic.status.row.rows_in`."""

@@ -20,6 +20,7 @@ from typing import Final
 from cohaptic.protocol.frame import MAX_MESH_FRAME_BYTES
 from cohaptic.runtime.owned_files import own, remove_leftovers
 from cohaptic.status.row import ROW
+from cohaptic_client.devices.scripted import TARGET
 
 COMMAND: Final = struct.Struct("<Q?I")  # heartbeat, stop, faults acknowledged so far
 # time, tick of the patch in use, probe, force on body, whether there is an anchor, and the anchor,
@@ -98,12 +99,17 @@ class Slots:
 
 
 class RowRing:
-    """Ring buffer with the last `RING_ROWS` rows of the loop; a slow reader loses the oldest."""
+    """Ring buffer with the last `RING_ROWS` rows of the loop; a slow reader loses the oldest.
+
+    Attributes:
+        lost: Number of rows that the reader has lost.
+    """
 
     def __init__(self, memory: mmap.mmap, offset: int) -> None:
         self._memory = memory
         self._offset = offset
         self._count = 0
+        self.lost = 0
 
     @staticmethod
     def size() -> int:
@@ -122,13 +128,22 @@ class RowRing:
         _COUNT.pack_into(self._memory, self._offset, self._count)
 
     def read_new(self) -> bytes:
-        """Return the rows since the last call, oldest first, for `cohaptic.status.row.rows_in`."""
+        """Return the rows since the last call, oldest first, for `cohaptic.status.row.rows_in`.
+
+        Rows that this caller was too late for are counted in `lost`.
+        """
         (count,) = _COUNT.unpack_from(self._memory, self._offset)
         # The writer may be overwriting the oldest rows of a full ring: leave a margin.
         first = max(self._count, count - RING_ROWS + 64)
+        self.lost += first - self._count
         self._count = count
         turn = min(count, first + RING_ROWS - first % RING_ROWS)  # where the ring begins again
         return self._block(first, turn) + self._block(turn, count)
+
+    def newest(self) -> bytes:
+        """Return the newest row, without taking it from `read_new`; empty before the first."""
+        (count,) = _COUNT.unpack_from(self._memory, self._offset)
+        return self._block(count - 1, count) if count else b""
 
     def _block(self, first: int, end: int) -> bytes:
         """Return rows `first` to `end`, excluding `end`, as bytes; they must be contiguous."""
@@ -148,6 +163,7 @@ class LoopMemory:
         sample: Newest tip and force, for the network process.
         command: Heartbeat, stop flag and acknowledgements, for the loop.
         status: State, statistics and error of the loop as JSON, for the network process.
+        target: Where a script wants its tip, for the loop.
         rows: Rows of the loop: one per period, or 20 per second if the recording of every period is
             off.
     """
@@ -163,7 +179,7 @@ class LoopMemory:
             for offset, capacity in zip(offsets, _SLOTS, strict=False)
         ]
         self.patch = Slots(slots[:_PATCHES])
-        self.sample, self.command, self.status = slots[_PATCHES:]
+        self.sample, self.command, self.status, self.target = slots[_PATCHES:]
         self.rows = RowRing(self._memory, offsets[-1])
 
     @classmethod
@@ -200,9 +216,9 @@ _PREFIX, _SUFFIX = "cohaptic-loop-", ".shm"
 MESH_SUFFIX: Final = ".mesh"  # appended to the path of the memory, for the resting mesh's file
 # Patches that a link with jitter lets come at once; the loop takes one over in three periods.
 _PATCHES = 8
-# Bytes of the patches, sample, command and status. A status holds a sentence of 300 characters, and
-# JSON may write each of them as 12 bytes.
-_SLOTS = (*[MAX_MESH_FRAME_BYTES] * _PATCHES, 128, 16, 4096)
+# Bytes of the patches, sample, command, status and target. A status holds a sentence of 300
+# characters, and JSON may write each of them as 12 bytes.
+_SLOTS = (*[MAX_MESH_FRAME_BYTES] * _PATCHES, 128, 16, 4096, TARGET.size)
 
 
 def _reserved(folder: str | None) -> str:

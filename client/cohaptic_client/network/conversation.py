@@ -35,6 +35,7 @@ from cohaptic_client.loop.handle import TipSample
 from cohaptic_client.network.link import Data, Link
 from cohaptic_client.network.session import ClientSession
 from cohaptic_client.network.timing import LinkTiming, Pacer
+from cohaptic_client.news import News
 from cohaptic_client.settings import ClientSettings
 
 
@@ -49,6 +50,11 @@ class People:
 
     def __init__(self, welcome: Welcome) -> None:
         self._names = {user.user: user.name for user in welcome.users}
+
+    @property
+    def names(self) -> dict[int, str]:
+        """Names of the users, by number."""
+        return dict(self._names)
 
     def news(self, event: UserJoined | UserLeft) -> str:
         """Return a sentence on a user who has joined, left or taken a new name."""
@@ -110,6 +116,7 @@ class Conversation:
         place: Position in the queue for a full room, from 1, and the length of the queue; None
             outside a queue.
         server_to_wall: Unix time less the server's clock [s]; 0 before the welcome message.
+        patch: Newest patch; None before the first.
     """
 
     def __init__(
@@ -118,7 +125,7 @@ class Conversation:
         settings: ClientSettings,
         clock: Clock,
         haptics: Haptics,
-        tell: Callable[[str], None],
+        tell: Callable[[News], None],
         beat: Callable[[], None],
         key: str | None = None,
         token: str = "",
@@ -128,6 +135,7 @@ class Conversation:
         self.timing = LinkTiming()
         self.server_to_wall = 0.0
         self.place: tuple[int, int] | None = None
+        self.patch: Patch | None = None
         self._link = link
         self._settings = settings
         self._clock = clock
@@ -144,6 +152,16 @@ class Conversation:
         self._timer: asyncio.TimerHandle | None = None
         self._failed: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._seq = 0
+
+    @property
+    def user(self) -> int | None:
+        """Number of this user; None before the welcome message."""
+        return None if self._welcome is None else self._welcome.user
+
+    @property
+    def others(self) -> dict[int, str]:
+        """Names of the other users, by number."""
+        return {} if self._others is None else self._others.names
 
     async def run(self) -> str:
         """Greet, receive and send until the connection ends; return the reason why it ended.
@@ -186,15 +204,17 @@ class Conversation:
         if isinstance(event, Patch):
             assert isinstance(data, bytes)
             self._haptics.give_patch(data)
+            self.patch = event
             self._learn(event)
         elif isinstance(event, Place):
             self.session = event.session or self.session
             before, self.place = self.place, (event.place, event.of)
             if self.place != before:  # an unchanged position only shows that the server lives
                 where = f"place {event.place} of {event.of}"
-                self._tell(f"the room is full; you wait for a place: {where}")
+                sentence = f"the room is full; you wait for a place: {where}"
+                self._tell(News("waiting", sentence))
         elif isinstance(event, Called):
-            self._tell("a place is free: it is yours")
+            self._tell(News("waiting", "a place is free: it is yours"))
             self._link.send(self._session.coming())
         elif isinstance(event, Welcome):
             self.place = None
@@ -206,7 +226,7 @@ class Conversation:
             self._take_mesh(event)
         elif isinstance(event, UserJoined | UserLeft):
             assert self._others is not None  # the session accepts these only after a welcome
-            self._tell(self._others.news(event))
+            self._tell(News("user", self._others.news(event)))
         elif isinstance(event, Restraints):
             self._tell_restraints(event)
         elif event.code == CloseCode.OBJECT_CHANGED.value:
@@ -225,7 +245,7 @@ class Conversation:
         )
         for before, now, begins, ends in zip(was, self._restrained, _BEGINS, _ENDS, strict=True):
             if before != now:
-                self._tell(begins if now else ends)
+                self._tell(News("room", begins if now else ends))
 
     def _take_mesh(self, mesh: RestMesh) -> None:
         if self._welcome is None or self._settings.geometry != "mesh":
@@ -236,7 +256,7 @@ class Conversation:
     def _begin(self, welcome: Welcome) -> None:
         """Start to send samples after the welcome, and start the loop if it does not run yet."""
         others = ", ".join(user.name for user in welcome.users) or "nobody else"
-        self._tell(f"touching {welcome.body.name} with {others}")
+        self._tell(News("touching", f"touching {welcome.body.name} with {others}"))
         self.server_to_wall = welcome.to_wall
         self._haptics.start(welcome)
         self._pacer = Pacer(welcome.simulation_period, self._clock.now())

@@ -34,8 +34,11 @@ from cohaptic.vec import ZERO, Vec3, is_finite, scale
 from cohaptic_client.devices.catalogue import open_device
 from cohaptic_client.devices.device import Device
 from cohaptic_client.devices.placing.options import clutch_is_switch
+from cohaptic_client.devices.scripted import ScriptedTip
+from cohaptic_client.loop.added import RuleChoice
 from cohaptic_client.loop.config import LoopConfig
 from cohaptic_client.loop.memory import LoopMemory
+from cohaptic_client.loop.passed import Luggage, unpack
 from cohaptic_client.loop.running.haptic_loop import ORPHANED_AFTER, HapticLoop, status_json
 from cohaptic_client.loop.running.watchdog import Releasable, Watchdog
 from cohaptic_client.loop.safety import FAULT_RELEASE_TIME, smooth
@@ -163,7 +166,7 @@ def live(text: str) -> None:
 
     handle_signals(end)
     try:
-        device = _opened(config)
+        device, rules = _opened(config, memory)
     except CohapticError as error:
         memory.status.write(status_json(error=str(error)))
         sys.exit(2)
@@ -177,7 +180,7 @@ def live(text: str) -> None:
         scheduling = f"{prefer_this_process(LOOP_PRIORITY)}, {lock_memory()}"
         # A simulated hand begins to move once it is engaged.
         engaged = getattr(device, "engaged", None)
-        loop = HapticLoop(config, memory, device, scheduling, watchdog, engaged)
+        loop = HapticLoop(config, memory, device, scheduling, watchdog, engaged, rules)
         for signal in early:
             loop.interrupt(signal)
         loop.run()
@@ -205,14 +208,24 @@ def live(text: str) -> None:
             Path(config.rest_mesh).unlink(missing_ok=True)
 
 
-def _opened(config: LoopConfig) -> Device:
-    """Open the device; raise DeviceError if that fails, or if its clutch is also the switch."""
-    device = open_device(config.device)
+def _opened(config: LoopConfig, memory: LoopMemory) -> tuple[Device, list[RuleChoice]]:
+    """Open the device; return it with the rules of other packages and of a script.
+
+    Raises:
+        DeviceError: It cannot be opened, or its clutch is also the switch.
+    """
+    luggage = Luggage(None, ())
+    if config.passed:
+        luggage = unpack(sys.stdin.buffer.read(), config.device.choice)
+    device = luggage.device or open_device(config.device)
     if config.limits.dead_man and clutch_is_switch(config.device.choice, device.info):
         device.close()
         problem = "its clutch is the switch that the hand holds"
         raise DeviceError(device.info.name, problem, "choose another button, or --no-dead-man")
-    return device
+    if isinstance(device, ScriptedTip):
+        device.bind(memory.target.read)
+    passed = iter(luggage.rules)
+    return device, [name or next(passed) for name in config.rules]
 
 
 def _let_go(release: Release, loop: HapticLoop | None) -> None:

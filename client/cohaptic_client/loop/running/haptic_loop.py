@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -25,7 +25,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.status.quantiles import Tally
 from cohaptic.vec import ZERO, Vec3
 from cohaptic_client.devices.device import Device, DeviceSample
-from cohaptic_client.loop.added import chain_with
+from cohaptic_client.loop.added import RuleChoice, chain_with
 from cohaptic_client.loop.arrival import receive
 from cohaptic_client.loop.config import LoopConfig, limits_on
 from cohaptic_client.loop.memory import COMMAND, SAMPLE, LoopMemory, Slots
@@ -118,6 +118,7 @@ class HapticLoop:
         watchdog: Watchdog of the device; None if another thread cannot release the device.
         engaged: Function that is called once, with the time at which the hand can feel a force for
             the first time [s]; None for none.
+        rules: Rules of other packages, in the order in which they act.
 
     Attributes:
         statistics: Punctuality of the loop.
@@ -134,6 +135,7 @@ class HapticLoop:
         scheduling: str = "as it was",
         watchdog: Watchdog | None = None,
         engaged: Callable[[float], None] | None = None,
+        rules: Sequence[RuleChoice] = (),
     ) -> None:
         self._memory = memory
         self._device = device
@@ -158,7 +160,7 @@ class HapticLoop:
         self._state = LoopState()
         if config.fault:
             self._state = self._state.taken_away(config.fault, self._limits)
-        self._chain = chain_with(config.rules)
+        self._chain = chain_with(rules)
         self._intake = Intake(memory.patch, self._settings.surface)
         self.statistics = Statistics()
         if config.every_row:

@@ -1,0 +1,172 @@
+"""Hands of scripts at a real server, on real clocks."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from cohaptic.errors import CohapticError, DeviceError, ServerLost, SettingError
+from cohaptic.vec import Vec3, norm
+from cohaptic_client import ClientSettings, Contact, DeviceSample, LiveHand, join, joined
+from cohaptic_server import ServedRoom, serve
+
+pytestmark = pytest.mark.live
+
+
+@pytest.fixture(scope="module")
+def room() -> Iterator[ServedRoom]:
+    with serve("balloon", port=0, max_users=4) as served:
+        yield served
+
+
+def wait_until(hand: LiveHand, holds: Callable[[], bool]) -> None:
+    """Take samples until something holds; the test's own limit ends what never does."""
+    for _ in hand.samples():
+        if holds():
+            return
+    pytest.fail("the hand was lost")
+
+
+def press(hand: LiveHand, depth: float = 0.01) -> None:
+    x, y, z = hand.body.center
+    hand.move_to((x + hand.body.radius - depth, y, z), 0.3)
+
+
+def test_a_script_presses_and_asks_why(room: ServedRoom) -> None:
+    with joined(room.url, name="ann") as hand:
+        press(hand)
+        wait_until(hand, lambda: hand.force[0] > 2.0)
+        why = hand.why
+        assert sum(entry.newtons for entry in why.entries) == pytest.approx(why.force, abs=1e-6)
+        assert why.force > 2.0
+        assert "by the surface" in why.sentence
+        assert hand.patch.k_o > 0.0
+        assert hand.status.state == "touching"
+        assert [user.name for user in room.users] == ["ann"]
+        assert [event.kind for event in hand.events.new()] == ["touching"]
+    assert [user.name for user in room.users] == []
+    assert norm(hand.force) == 0.0  # the last period let go
+
+
+def test_every_sample_comes_once_and_in_order(room: ServedRoom) -> None:
+    with joined(room.url, name="ann") as hand:
+        samples = hand.samples()
+        times = [next(samples).t for _ in range(1500)]
+        late = hand.status.loop_missed
+    assert sorted(set(times)) == times
+    # Periods are 1 ms long, and those that the loop skipped are no loss of ours.
+    assert times[-1] - times[0] <= 1.499 + 0.001 * (late + 1) + 0.01
+    assert samples.lost == 0
+    rest = list(samples)  # the stream ends with the hand
+    assert rest == sorted(rest)
+
+
+def test_two_hands_see_and_feel_each_other(room: ServedRoom) -> None:
+    async def meet() -> None:
+        async with (
+            join(room.url, name="ann") as ann,
+            join(room.url, name="bob", tip=(-0.13, 0.0, 0.0)) as bob,
+        ):
+            press(ann)
+            seen = False
+            async for _ in bob.samples():
+                other = next((one for one in bob.others if one.name == "ann"), None)
+                if other is not None and other.force is not None and other.force[0] > 2.0:
+                    seen = True
+                    break
+            assert seen
+            assert {event.kind for event in ann.events.new()} == {"touching", "user"}
+
+    asyncio.run(asyncio.wait_for(meet(), 120.0))
+
+
+class Dipping:
+    """A device of a script: a tip that goes into the balloon and stays there."""
+
+    def __init__(self) -> None:
+        self.begun: float | None = None
+
+    def read(self, now: float) -> DeviceSample:
+        if self.begun is None:
+            self.begun = now
+        depth = min(0.01, 0.01 * max(0.0, now - self.begun - 1.0))
+        return DeviceSample((0.101 - depth, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+    def write(self, force: Vec3) -> None:
+        if norm(force) > 1.5:
+            raise DeviceError("dipping", "it was pressed hard", "press it gently")
+
+
+def test_a_device_of_a_script_lives_in_the_loops_process_and_its_error_comes_back(
+    room: ServedRoom,
+) -> None:
+    def touch() -> None:
+        with joined(room.url, name="ann", device=Dipping) as hand:
+            with pytest.raises(SettingError, match="moved by the device"):
+                hand.tip = (0.0, 0.0, 0.0)
+            assert max(norm(sample.force) for sample in hand.samples()) > 1.0
+            with pytest.raises(DeviceError):
+                _ = hand.force
+
+    with pytest.raises(DeviceError, match="pressed hard"):
+        touch()
+
+
+class Half:
+    name = "half"
+    reason = "half of the force"
+    is_law = False
+
+    def begin(self) -> int:
+        return 0
+
+    def apply(self, memory: int, contact: Contact) -> int:
+        x, y, z = contact.force
+        contact.force = (0.5 * x, 0.5 * y, 0.5 * z)
+        return memory
+
+
+def test_a_rule_of_a_script_is_in_the_ledger(room: ServedRoom) -> None:
+    with joined(room.url, name="ann", rules=[Half()]) as hand:
+        press(hand)
+        wait_until(hand, lambda: hand.force[0] > 1.0)
+        entries = {entry.name: entry.newtons for entry in hand.why.entries}
+        assert entries["half"] == pytest.approx(-0.5 * entries["surface"], rel=0.2)
+        assert "half" in hand.status.ledger
+
+
+@pytest.mark.parametrize(
+    ("options", "error"),
+    [
+        ({"name": ""}, "name"),
+        ({"law": "magic"}, "proportional, pi, predictive"),
+        ({"network": "carrier pigeon"}, "wifi"),
+        ({"device": "hoover"}, "simulated"),
+        ({"rules": [Half]}, "instance"),
+        ({"max_force": -1.0}, "max force"),
+    ],
+)
+def test_a_wrong_value_is_an_error_before_anything_starts(
+    options: dict[str, object], error: str
+) -> None:
+    with pytest.raises(CohapticError, match=error), joined("ws://127.0.0.1:9", **options):
+        pytest.fail("it joined")
+
+
+def test_a_room_that_ends_is_an_error_at_the_end_of_the_block_and_in_it() -> None:
+    served = serve("balloon", port=0)
+
+    def touch() -> None:
+        once = ClientSettings(served.url, "ann", patience=0.0)
+        with joined(served.url, name="ann", settings=once) as hand:
+            served.__exit__(None, None, None)
+            for _ in hand.samples():  # until the hand is lost
+                pass
+            with pytest.raises(ServerLost):
+                hand.move_to((0.0, 0.0, 0.0), 1.0)
+
+    served.__enter__()
+    with pytest.raises(ServerLost):
+        touch()
