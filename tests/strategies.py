@@ -36,8 +36,9 @@ from cohaptic.protocol.patch import (
     Patch,
 )
 from cohaptic.protocol.rest_mesh import RestMesh
-from cohaptic.protocol.scene import Scene, UserRecord
+from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.scene_surface import Surface
+from cohaptic.protocol.scene_users import UserRecord
 from cohaptic.vec import Vec3, add, unit
 
 

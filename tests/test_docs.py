@@ -14,7 +14,7 @@ from cohaptic.protocol import (
     messages,
     neighbourhood,
     rest_mesh,
-    scene,
+    scene_users,
     traversal,
     upload_messages,
     watch_messages,
@@ -54,7 +54,7 @@ def test_the_limits_of_parts_are_the_codes() -> None:
     assert f"{rest_mesh.MAX_VERTICES:,} vertices or {rest_mesh.MAX_FACES:,} faces" in PROTOCOL
     assert f"3..{rest_mesh.MAX_VERTICES} |" in section("rest_mesh")
     assert f"1..{rest_mesh.MAX_FACES} |" in section("rest_mesh")
-    assert f"| <= {scene.MAX_USERS} |" in section("scene, ")
+    assert f"| <= {scene_users.MAX_USERS} |" in section("scene, ")
     assert all(field.name in section("scene, ") for field in fields(traversal.Traversal))
 
 

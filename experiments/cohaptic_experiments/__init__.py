@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from cohaptic_experiments.catalogue import load as load
     from cohaptic_experiments.outcome import Options as Options
     from cohaptic_experiments.outcome import Outcome as Outcome
+    from cohaptic_experiments.transparency.scheme import Scheme as Scheme
     from cohaptic_experiments.virtual_session import VirtualSession as VirtualSession
     from cohaptic_experiments.virtual_session import VirtualUser as VirtualUser
 
@@ -24,6 +25,7 @@ __all__ = [
     "Experiment",
     "Options",
     "Outcome",
+    "Scheme",
     "VirtualSession",
     "VirtualUser",
     "load",
@@ -31,6 +33,7 @@ __all__ = [
 
 # The module that defines each public name.
 _HOMES = {
+    "Scheme": "cohaptic_experiments.transparency.scheme",
     "EXPERIMENTS": "cohaptic_experiments.catalogue",
     "Experiment": "cohaptic_experiments.catalogue",
     "load": "cohaptic_experiments.catalogue",

@@ -1,6 +1,7 @@
 """A whole session in virtual time: the real room, world, frames, links, loops and hands; no I/O.
 
-Sockets, processes and schedulers, which need real time, are left out.
+Sockets, processes and schedulers, which need real time, are left out. Nothing in it is random but
+by a seed, so that a session is the same each time, to the last bit, on one machine.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.simulated.delay_line import DelayLine, LinkSettings
 from cohaptic.simulated.hand import Hand, HandScript, HandState, Intention, move
+from cohaptic.simulated.networks import read_network
 from cohaptic.vec import ZERO, Vec3, dot, norm, sub
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.devices.simulated import INFO, SimulatedDevice
@@ -40,7 +42,19 @@ _USUAL = Thresholds()
 
 @dataclass
 class VirtualUser:
-    """One client without its processes."""
+    """One client of a [`VirtualSession`][cohaptic_experiments.VirtualSession], without processes.
+
+    Attributes:
+        number: Number of the user in the room.
+        device: Device that the loop reads and writes.
+        force: Size of the force on the hand in each haptic period since it joined [N].
+        felt: Part of the force that the others cause, in each period [N].
+        u_others: Displacement of the contact by the others along the normal, in each period [m].
+        ticks: Tick of each patch that has come.
+        state: State of the haptic loop.
+        listening: Whether patches are taken; False for a downlink that is dead.
+        talking: Whether samples are sent; False for an uplink that is dead.
+    """
 
     number: int
     device: Device
@@ -149,12 +163,20 @@ class VirtualUser:
 
 
 class VirtualSession:
-    """A room and its users.
+    """A room and its users in virtual time: deterministic, without sockets, processes or clocks.
+
+    The code of room, world, frames, links, loops and hands is that of a real session. A second of
+    two users takes about as long as a second.
 
     Args:
-        body: To be touched.
-        simulation_hz: Ticks per second.
+        body: Body that the users touch.
+        simulation_hz: Ticks per second [Hz].
         now: Time at which the session begins [s].
+
+    Attributes:
+        room: The room, as a server has it.
+        users: The users who have joined, by name.
+        now: Present time [s].
     """
 
     def __init__(self, body: Body, simulation_hz: float = 60.0, now: float = 100.0) -> None:
@@ -172,6 +194,7 @@ class VirtualSession:
         law: Law = Law.PREDICTIVE,
         delay: float = 0.0,
         jitter: float = 0.0,
+        network: str | LinkSettings = "",
         seed: int = 0,
         fixed_gains: FixedGains | None = None,
         thresholds: Thresholds = _USUAL,
@@ -195,7 +218,9 @@ class VirtualSession:
             law: Local model.
             delay: One way [s].
             jitter: Largest extra delay, one way [s].
-            seed: Seed of the jitter.
+            network: Network in words as after `--network`, or a link, for both ways; `delay` and
+                `jitter` are added to its own.
+            seed: Seed of what is random in the network.
             fixed_gains: Instead of the server's choice.
             thresholds: Thresholds of the law's integral.
             smoothing: Ramp from patch to patch, in simulation periods.
@@ -228,6 +253,8 @@ class VirtualSession:
         )
         welcome, _, _ = self.room.join(hello, self.now)
         info = describe(self.room.body)
+        link = read_network(network) if isinstance(network, str) else network
+        link = replace(link, delay=link.delay + delay, jitter=link.jitter + jitter)
         period = self.room.settings.simulation_period
         # As the wire carries it: rounded to 32 bits.
         mesh = RestMesh.decode(self.room.frames.touch_mesh()) if geometry == "mesh" else None
@@ -250,8 +277,8 @@ class VirtualSession:
                 follow=fixed_gains is None,
                 max_stiffness=max_stiffness,
             ),
-            up=DelayLine(LinkSettings(delay, jitter, 2 * seed)),
-            down=DelayLine(LinkSettings(delay, jitter, 2 * seed + 1)),
+            up=DelayLine(replace(link, seed=2 * seed)),
+            down=DelayLine(replace(link, seed=2 * seed + 1)),
             pacer=Pacer(period, self.now),
             own_hand=script.hand if tells_hand else None,
         )
@@ -267,8 +294,12 @@ class VirtualSession:
         self.room.leave(self.users.pop(name).number)
 
     def run(self, seconds: float) -> None:
-        """Let time pass."""
-        for _ in range(round(seconds / PERIOD)):
+        """Let time pass [s]."""
+        self.step(round(seconds / PERIOD))
+
+    def step(self, periods: int = 1) -> None:
+        """Let so many haptic periods of 1 ms pass, with the ticks that come due in them."""
+        for _ in range(periods):
             self.now += PERIOD
             for user in self.users.values():
                 for frame in user.up.pop_due(self.now):

@@ -44,7 +44,11 @@ if TYPE_CHECKING:
     from cohaptic_server.routes import Serving as Serving
     from cohaptic_server.settings import ServerSettings as ServerSettings
     from cohaptic_server.shell.endpoint import Endpoint as Endpoint
+    from cohaptic_server.shell.served_room import RoomHand as RoomHand
+    from cohaptic_server.shell.served_room import ServedRoom as ServedRoom
+    from cohaptic_server.shell.served_room import serve as serve
     from cohaptic_server.shell.server import CohapticServer as CohapticServer
+    from cohaptic_server.testing.check_body import check_body as check_body
     from cohaptic_server.world.equilibrium import Equilibrium as Equilibrium
     from cohaptic_server.world.equilibrium import RestingHand as RestingHand
 
@@ -61,9 +65,11 @@ __all__ = [
     "Response",
     "RestingHand",
     "Room",
+    "RoomHand",
     "Route",
     "RubberBalloon",
     "RubberSolid",
+    "ServedRoom",
     "ServerSettings",
     "Serving",
     "Solid",
@@ -74,10 +80,16 @@ __all__ = [
     "TetMesh",
     "Viscous",
     "build_body",
+    "check_body",
+    "serve",
 ]
 
 # The module that defines each public name.
 _HOMES = {
+    "check_body": "cohaptic_server.testing.check_body",
+    "RoomHand": "cohaptic_server.shell.served_room",
+    "ServedRoom": "cohaptic_server.shell.served_room",
+    "serve": "cohaptic_server.shell.served_room",
     "Balloon": "cohaptic_server.bodies.balloon.balloon",
     "BalloonSettings": "cohaptic_server.bodies.balloon.balloon",
     "RubberBalloon": "cohaptic_server.bodies.balloon.rubber_balloon",

@@ -16,7 +16,8 @@ from cohaptic.clock import SystemClock
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.messages import encode_control
 from cohaptic.protocol.rest_mesh import MAX_BYTES, RestMesh
-from cohaptic.protocol.scene import Scene, UserRecord
+from cohaptic.protocol.scene import Scene
+from cohaptic.protocol.scene_users import UserRecord
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
 from cohaptic.protocol.watch_messages import Watch

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from cohaptic.protocol.scene import UserRecord
+from cohaptic.protocol.scene_users import UserRecord
 from tests.browser.conftest import Open
 from tests.browser.room import Room
 from tests.browser.visitor import PHONE, Look, Visitor

@@ -12,7 +12,7 @@ from functools import partial
 
 import pytest
 
-from cohaptic.protocol.scene import UserRecord
+from cohaptic.protocol.scene_users import UserRecord
 from cohaptic.simulated.hand import Hand
 from cohaptic.vec import add, scale
 from cohaptic_server.bodies.balloon.balloon import Balloon

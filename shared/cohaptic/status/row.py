@@ -6,6 +6,8 @@ import struct
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from cohaptic.vec import Vec3
+
 
 class Row(NamedTuple):
     """Record of one haptic period of a client.
@@ -99,6 +101,16 @@ class Row(NamedTuple):
     by_rule_2: float = 0.0
     by_rule_3: float = 0.0
     by_rule_4: float = 0.0
+
+    @property
+    def tip(self) -> Vec3:
+        """Position of the probe, shape (3,) [m]."""
+        return (self.x, self.y, self.z)
+
+    @property
+    def force(self) -> Vec3:
+        """Force given to the device, shape (3,) [N]."""
+        return (self.fx, self.fy, self.fz)
 
 
 COLUMNS = Row._fields

@@ -42,8 +42,9 @@ from cohaptic.protocol.partners import Partner, Partners
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.quantised_mesh import QuantisedMesh
 from cohaptic.protocol.rest_mesh import RestMesh
-from cohaptic.protocol.scene import Scene, UserRecord
+from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.scene_surface import Surface
+from cohaptic.protocol.scene_users import UserRecord
 from cohaptic.protocol.version import PROTOCOL_VERSION
 
 VECTORS = Path(__file__).parents[2] / "vectors"

@@ -15,8 +15,9 @@ from cohaptic.control.law import Law
 from cohaptic.control.room_lag import NO_LAG, RoomLag
 from cohaptic.errors import LocalProtocolError, RemoteProtocolError
 from cohaptic.protocol.patch import MAX_COUPLING, MAX_LAG, MAX_MARGIN, Geometry
-from cohaptic.protocol.scene import HEAD_SIZE, MAX_USERS, USER_SIZE, Scene, UserRecord
+from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.scene_surface import FINEST, MAX_UNITS, Surface
+from cohaptic.protocol.scene_users import HEAD_SIZE, MAX_USERS, USER_SIZE, UserRecord
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from tests.strategies import as_surface, scenes, surfaces, user_records

@@ -30,7 +30,8 @@ from cohaptic.protocol.patch import (
 )
 from cohaptic.protocol.quantised_mesh import QuantisedMesh
 from cohaptic.protocol.rest_mesh import RestMesh
-from cohaptic.protocol.scene import Scene, UserRecord
+from cohaptic.protocol.scene import Scene
+from cohaptic.protocol.scene_users import UserRecord
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.vec import ZERO
 from tests.shared.protocol.control import CONTROL

@@ -18,14 +18,9 @@ from cohaptic.control.tick_ledger import NOTHING_CUT
 from cohaptic.errors import LocalProtocolError
 from cohaptic.protocol.messages import RoomUser
 from cohaptic.protocol.patch import Patch
-from cohaptic.protocol.scene import (
-    MAX_CURVATURE,
-    MAX_LOOP_DELAY,
-    MAX_USERS,
-    UserRecord,
-    encode_scene,
-)
+from cohaptic.protocol.scene import encode_scene
 from cohaptic.protocol.scene_surface import FINEST, Surface
+from cohaptic.protocol.scene_users import MAX_CURVATURE, MAX_LOOP_DELAY, MAX_USERS, UserRecord
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.watch_messages import Watching
 from cohaptic_server.access.keys import OPEN, Grants
