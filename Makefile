@@ -19,7 +19,7 @@ JOBS   ?= auto
 # Newer makes keep the output of each target together; macOS has 3.81.
 SYNC   := $(if $(filter output-sync,$(.FEATURES)),--output-sync=target)
 
-.PHONY: help demo test test-all test-newest lock night check static format lint types web page fresh-page protocol life compiled docs bench soak containers results clean
+.PHONY: help demo test test-all test-newest lock night check static format lint types web page fresh-page protocol life reference compiled docs bench soak containers results clean
 help:  ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-11s %s\n", $$1, $$2}' Makefile
 
@@ -128,6 +128,9 @@ life: $(VENV)/.installed  ## write what is made from the chains and from a parti
 
 protocol: $(VENV)/.installed  ## write what is made from the table of frames: the page's layout.ts, tables of docs/protocol.md
 	@$(BIN)/python tools/generate_protocol.py
+
+reference: $(VENV)/.installed  ## write the tables of public names into docs/reference
+	@$(BIN)/python tools/generate_reference.py
 
 compiled: $(VENV)/.installed  ## compile what is slow as Python, where its source has changed
 	@$(BIN)/python -m compiling

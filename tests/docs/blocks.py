@@ -34,12 +34,15 @@ NOT_PLAYED = {
     r"cohaptic devices (?:pulse|calibrate)|.*--device NAME": "needs hardware",
     r"cohaptic (?:touch --rule|why hunt\.npz)": "of a package: tests/examples/test_plugin.py",
     r"python -m (?:pip|build|zipfile|venv)|/tmp/try/": "of a release: .github/workflows/wheels.yml",
+    r"python examples/step_": "tests/examples/test_steps.py",
     r"python benchmarks/many_objects\.py": "hours: a part of `make night`",
 }
 # Kinds of blocks that nothing here can play, and the tests that try what they show.
 OTHER_KINDS = {
     "nginx": "tests/system/test_deploy.py",
     "html": "tests/browser/test_frames.py",
+    "cpp": "tests/clients_cpp/test_cpp_client.py",
+    "step": "tests/examples/test_steps.py",
 }
 
 
@@ -49,7 +52,7 @@ class Block:
 
     Args:
         page: Path below the root.
-        kind: The word after the fence, such as python; empty for none.
+        kind: The word after the fence, such as python; empty for none; "step" for one of a course.
         text: With what it includes.
     """
 
@@ -83,9 +86,11 @@ def blocks() -> Iterator[Block]:
     """All of them, in the order of pages and lines."""
     for page in PAGES:
         for found in _BLOCK.finditer(page.read_text(encoding="utf-8")):
-            text = dedent(found["text"])
+            text, kind = dedent(found["text"]), found["kind"].strip("{.} ")
+            if "examples/step_" in text and _INCLUDED.search(text):
+                kind = "step"
             text = _INCLUDED.sub(lambda mark: (ROOT / mark[1]).read_text("utf-8"), text)
-            yield Block(page.relative_to(ROOT).as_posix(), found["kind"].strip("{.} "), text)
+            yield Block(page.relative_to(ROOT).as_posix(), kind, text)
 
 
 def why_not(command: str) -> str:

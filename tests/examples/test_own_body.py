@@ -1,4 +1,4 @@
-"""The body of `examples/own_body.py` keeps the laws of a body, and people feel each other in it."""
+"""The body of step 4 of the course keeps the laws of a body, and people feel each other in it."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from cohaptic_server import Body, Load
 
 pytestmark = pytest.mark.live
 
-EXAMPLE = Path(__file__).parents[2] / "examples/own_body.py"
+EXAMPLE = Path(__file__).parents[2] / "examples/step_4_own_body.py"
 FOUNDATION = 4e3  # N/m^3, the default of the example
 
 
 @pytest.fixture(scope="module")
 def example() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("own_body", EXAMPLE)
+    spec = importlib.util.spec_from_file_location("step_4_own_body", EXAMPLE)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
