@@ -39,11 +39,18 @@ if TYPE_CHECKING:
     from cohaptic.recording.archive import Recording as Recording
     from cohaptic.recording.archive import read_recording as read_recording
     from cohaptic.recording.recorder import Recorder as Recorder
+    from cohaptic.sessions.export import export_session as export_session
+    from cohaptic.sessions.tables import Session as Session
+    from cohaptic.sessions.tables import read_session as read_session
     from cohaptic.simulated.delay_line import LinkSettings as LinkSettings
     from cohaptic.simulated.hand import Hand as Hand
     from cohaptic.simulated.hand import HandScript as HandScript
+    from cohaptic.simulated.hand import Intention as Intention
+    from cohaptic.simulated.hand import Place as Place
     from cohaptic.simulated.hand import Rhythm as Rhythm
     from cohaptic.status.report import TouchStatus as TouchStatus
+    from cohaptic.status.row import Row as Row
+    from cohaptic.status.row import rows_in as rows_in
 
 __all__ = [
     "BodyError",
@@ -54,24 +61,35 @@ __all__ = [
     "FixedGains",
     "Hand",
     "HandScript",
+    "Intention",
     "Law",
     "LinkSettings",
     "LocalProtocolError",
+    "Place",
     "ProtocolError",
     "Recorder",
     "Recording",
     "RemoteProtocolError",
     "Rhythm",
+    "Row",
     "ServerLost",
+    "Session",
     "SettingError",
     "SystemClock",
     "TouchStatus",
     "__version__",
+    "export_session",
     "read_recording",
+    "read_session",
+    "rows_in",
 ]
 
 # The module that defines each public name.
 _HOMES = {
+    "rows_in": "cohaptic.status.row",
+    "Row": "cohaptic.status.row",
+    "Place": "cohaptic.simulated.hand",
+    "Intention": "cohaptic.simulated.hand",
     "Clock": "cohaptic.clock",
     "SystemClock": "cohaptic.clock",
     "Law": "cohaptic.control.law",
@@ -79,6 +97,9 @@ _HOMES = {
     "Recording": "cohaptic.recording.archive",
     "read_recording": "cohaptic.recording.archive",
     "Recorder": "cohaptic.recording.recorder",
+    "export_session": "cohaptic.sessions.export",
+    "Session": "cohaptic.sessions.tables",
+    "read_session": "cohaptic.sessions.tables",
     "LinkSettings": "cohaptic.simulated.delay_line",
     "Hand": "cohaptic.simulated.hand",
     "HandScript": "cohaptic.simulated.hand",

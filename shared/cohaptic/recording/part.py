@@ -86,6 +86,30 @@ class Part:
         return made
 
     @classmethod
+    def new(cls, option: str, path: Path) -> Part:
+        """Make a file that has its own name from the beginning, and that nobody has made yet.
+
+        Args:
+            option: Option by which the user named the file.
+            path: Path of the file.
+
+        Raises:
+            SettingError: There is a file of that name, or it cannot be made.
+        """
+        path = real(path)
+        try:
+            made = cls(path, os.open(path, _FLAGS | os.O_CREAT | os.O_EXCL, 0o666))
+        except FileExistsError as error:
+            raise SettingError(
+                option, path, "the name of a file that does not exist yet"
+            ) from error
+        except OSError as error:
+            limit = f"a file that can be written ({error.strerror or error})"
+            raise SettingError(option, path, limit) from error
+        take(made._file)  # nobody else can have it: another program found no file to lock
+        return made
+
+    @classmethod
     def left(cls, path: Path) -> Part:
         """Take over a part that a killed process has left, to finish it.
 
@@ -130,8 +154,9 @@ class Part:
         Raises:
             OSError: There is no room in the folder for temporary files.
         """
-        name = name_beside(Path(self.path.name.removesuffix(f".npz{SUFFIX}")))
-        handle, path = tempfile.mkstemp(prefix=f"{name}-", suffix=f".npz{SUFFIX}")
+        suffix = f".npz{SUFFIX}" if self.path.suffix == SUFFIX else self.path.suffix
+        name = name_beside(Path(self.path.name.removesuffix(suffix)))
+        handle, path = tempfile.mkstemp(prefix=f"{name}-", suffix=suffix)
         with os.fdopen(handle, "wb") as copy, open(os.dup(self._file), "rb") as content:
             content.seek(0)
             shutil.copyfileobj(content, copy)
