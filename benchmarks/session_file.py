@@ -26,6 +26,8 @@ import numpy as np
 
 import json_report
 from cohaptic import __version__
+from cohaptic.control.room_lag import NO_LAG
+from cohaptic.protocol.scene import encode_scene
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.sessions.entries import (
     Heard,
@@ -37,7 +39,6 @@ from cohaptic.sessions.entries import (
     SessionInfo,
     Shown,
     Ticked,
-    Touching,
     Written,
 )
 from cohaptic.sessions.reader import Outline, read_entries
@@ -125,8 +126,8 @@ def sampled(users: int, seconds: float) -> tuple[SessionInfo, list[Written]]:
         entries.append(Ticked(now, number))
         entries.extend(Patched(now, number, u, p.encode()) for u, p in patches.items())
         shown = records(session.room.world, patches)
-        touches = tuple(Touching(r.user, r.probe, r.foot, r.force) for r in shown)
-        entries.append(Shown(now, number, touches))
+        frame = encode_scene(number, now, NO_LAG, b"".join(r.encode() for r in shown), b"")
+        entries.append(Shown(now, number, frame))
         return patches
 
     room.sample, room.tick = sample, tick

@@ -6,6 +6,7 @@ Two hands press on one balloon, in turn. `samples()` gives each haptic period on
 second; what a script is too slow for is counted, and never lost silently. (Needs matplotlib.)
 """
 
+# pyright: reportUnknownMemberType=false
 from __future__ import annotations
 
 import asyncio

@@ -269,7 +269,8 @@ def load_rule(choice: RuleChoice) -> Any:
         ExtensionError: It cannot be loaded, or is no `AddedRule`.
     """
     if not isinstance(choice, str):
-        if isinstance(choice, type) or not isinstance(choice, AddedRule):
+        found: Any = choice  # a script is not checked for its types
+        if isinstance(found, type) or not isinstance(found, AddedRule):
             limit = "an instance with name, reason, is_law, begin() and apply(memory, contact)"
             raise SettingError("rule of a script", repr(choice)[:80], limit)
         return choice

@@ -85,14 +85,16 @@ def _packed(things: object) -> bytes:
         """Packs values of our own dataclasses by their fields: compiled ones have no state."""
 
         def reducer_override(self, obj: Any) -> Any:
-            kind = type(obj)
+            kind: Any = type(obj)
             if is_dataclass(obj) and kind.__module__.startswith("cohaptic"):
                 return kind, tuple(getattr(obj, field.name) for field in fields(obj))
-            return super().reducer_override(obj)
+            whole = cast(Any, super())
+            return whole.reducer_override(obj)
 
     data = io.BytesIO()
     pickle.dump(sys.path, data)
-    Packer(data).dump(things)
+    packer: Any = Packer(data)
+    packer.dump(things)
     return data.getvalue()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import threading
-from collections.abc import AsyncIterator, Iterator, Sequence
+from collections.abc import AsyncGenerator, Generator, Sequence
 from concurrent.futures import Future
 from dataclasses import replace
 from typing import Any
@@ -46,7 +46,7 @@ async def join(
     token: str = "",
     watch: bool = True,
     settings: ClientSettings | None = None,
-) -> AsyncIterator[LiveHand]:
+) -> AsyncGenerator[LiveHand, None]:
     """Touch the object of a server: `async with join(url, name="ann") as hand:`.
 
     The block begins when the hand feels the object. At its end the force fades to zero, and the
@@ -116,7 +116,7 @@ async def join(
 
 
 @contextlib.contextmanager
-def joined(url: str, **options: Any) -> Iterator[LiveHand]:
+def joined(url: str, **options: Any) -> Generator[LiveHand, None, None]:
     """Touch the object of a server from a plain script: `with joined(url, name="ann") as hand:`.
 
     The same as [`join`][cohaptic_client.join], with the same arguments; the network runs in a

@@ -7,7 +7,6 @@ Rows are turned into columns, since a column is compressed to half of what its r
 from __future__ import annotations
 
 import math
-import struct
 from collections.abc import Callable
 from dataclasses import fields, replace
 from functools import lru_cache
@@ -30,13 +29,11 @@ from cohaptic.sessions.entries import (
     SessionInfo,
     Shown,
     Ticked,
-    Touching,
     Written,
 )
 from cohaptic.sessions.schemas import BY_ENTRY, CHANNELS, EXACT, Channel, adapter
 from cohaptic.sessions.wire import decode as decode_message
 from cohaptic.sessions.wire import encode as encode_message
-from cohaptic.vec import Vec3
 
 Floats = npt.NDArray[np.float64]
 _MAX_WALL = 8e9  # s; the index of an MCAP file ends in the year 2262
@@ -46,7 +43,6 @@ _IN_JSON: dict[type, tuple[str, ...]] = {
     for channel in CHANNELS
     if channel.message is None
 }
-_VEC = struct.Struct("<3d")
 
 
 def encode(entry: Written) -> bytes:
@@ -154,38 +150,17 @@ def _rows(
     return Rows(t, user, columns, table.tobytes(), to_server, error)
 
 
-def _vec(data: bytes) -> Vec3:
-    if len(data) != _VEC.size:
-        raise ValueError("a vector does not have three numbers")
-    x, y, z = _VEC.unpack(data)
-    return x, y, z
-
-
-def _shown(t: float, tick: int, touches: list[tuple[int, bytes, bytes, bytes]]) -> Shown:
-    found = [
-        Touching(user, _vec(probe), _vec(foot), _vec(force)) for user, probe, foot, force in touches
-    ]
-    return Shown(t, tick, tuple(found))
-
-
 # Values of an entry in the order of the fields of its message, and the entry of such values.
 _VALUES: dict[type, Callable[[Any], tuple[Any, ...]]] = {
     Heard: lambda e: (e.t, e.user, e.frame),
     Ticked: lambda e: (e.t, e.tick),
     Patched: lambda e: (e.t, e.tick, e.user, e.frame),
     Mesh: lambda e: (e.t, e.frame),
-    Shown: lambda e: (
-        e.t,
-        e.tick,
-        [
-            (each.user, _VEC.pack(*each.probe), _VEC.pack(*each.foot), _VEC.pack(*each.force))
-            for each in e.touches
-        ],
-    ),
+    Shown: lambda e: (e.t, e.tick, e.frame),
     Rows: _row_values,
     Link: lambda e: (e.t, e.user, e.round_trip, e.jitter, e.clock_offset, e.clock_error),
 }
 _ENTRIES: dict[type, Callable[..., Written]] = {
-    Heard: Heard, Ticked: Ticked, Patched: Patched, Mesh: Mesh, Shown: _shown, Rows: _rows,
+    Heard: Heard, Ticked: Ticked, Patched: Patched, Mesh: Mesh, Shown: Shown, Rows: _rows,
     Link: Link,
 }  # fmt: skip

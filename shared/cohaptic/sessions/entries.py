@@ -11,8 +11,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from cohaptic.vec import Vec3
-
 Json = Mapping[str, Any]  # An object that JSON can represent.
 
 # Bytes of the longest block or frame of an entry: a mesh of 65,535 vertices has 1.6 MB, a minute of
@@ -161,35 +159,18 @@ class Mesh:
 
 
 @dataclass(frozen=True, slots=True)
-class Touching:
-    """One user's contact in a scene.
-
-    Args:
-        user: Number of the user.
-        probe: Tip of the device [m].
-        foot: Centre of the pressure on the facets of the resting mesh [m].
-        force: Force on the hand; the body carries the opposite one [N].
-    """
-
-    user: int
-    probe: Vec3
-    foot: Vec3
-    force: Vec3
-
-
-@dataclass(frozen=True, slots=True)
 class Shown:
     """Output: the contacts of all users at a tick, from which the deformation follows.
 
     Args:
         t: Time of the tick [s].
         tick: Number of the tick.
-        touches: One for each user; a user who has left counts until its force has faded.
+        frame: Bytes of the scene without its surface, as in `docs/protocol.md`.
     """
 
     t: float
     tick: int
-    touches: tuple[Touching, ...]
+    frame: bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -312,10 +293,8 @@ def size_of(entry: Entry) -> int:
     match entry:
         case Rows():
             return 400 + len(entry.block)
-        case Heard() | Patched() | Mesh():
+        case Heard() | Patched() | Mesh() | Shown():
             return 200 + len(entry.frame)
-        case Shown():
-            return 200 + 600 * len(entry.touches)
         case _:
             return 1000  # of JSON; a hello has some 500 characters
 

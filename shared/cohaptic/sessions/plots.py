@@ -26,6 +26,7 @@ import numpy as np
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.quantised_mesh import QuantisedMesh
 from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.protocol.scene_users import UserRecord, decode_users
 from cohaptic.sessions.codec import table_of
 from cohaptic.sessions.entries import (
     MAX_TIME,
@@ -37,7 +38,6 @@ from cohaptic.sessions.entries import (
     Rows,
     SessionInfo,
     Shown,
-    Touching,
     Written,
     nanoseconds,
 )
@@ -174,11 +174,15 @@ class Plotter:
     def _hands(self, shown: Shown) -> list[Drawn]:
         if not shown.t - self._scene > 0.9 / HANDS_HZ:  # ticks are not exactly in time
             return []
+        try:
+            users = decode_users(shown.frame).users
+        except RemoteProtocolError:
+            return []
         self._scene = shown.t
         time = self._time(shown.t)
         entities = [
             _hand(touch, time, self._names.get(touch.user, str(touch.user)))
-            for touch in shown.touches
+            for touch in users
             if all(abs(each) <= _DRAWABLE for each in (*touch.probe, *touch.force))
         ]
         text = f'{{"deletions":[],"entities":[{",".join(entities)}]}}'
@@ -266,7 +270,7 @@ def _form(value: Mapping[str, Any]) -> str:
     return text.replace('"#"', "%.8g").replace('"!"', "%s")
 
 
-def _hand(touch: Touching, time: Mapping[str, int], name: str) -> str:
+def _hand(touch: UserRecord, time: Mapping[str, int], name: str) -> str:
     """Return the entity of a hand as JSON: a sphere, its name above it, and the force."""
     colour = _COLOUR_TEXTS[(touch.user - 1) % len(_COLOURS)]
     x, y, z = touch.probe

@@ -72,19 +72,7 @@ PATCHED = Message(
     "Patched", (_T, Field(3, "tick", Kind.UINT), _USER, Field(4, "frame", Kind.BYTES))
 )
 MESH = Message("Mesh", (_T, Field(2, "frame", Kind.BYTES)))
-TOUCHING = Message(
-    "Touching",
-    (
-        Field(1, "user", Kind.UINT),
-        Field(2, "probe", Kind.DOUBLES),
-        Field(3, "foot", Kind.DOUBLES),
-        Field(4, "force", Kind.DOUBLES),
-    ),
-)
-SHOWN = Message(
-    "Shown",
-    (_T, Field(2, "tick", Kind.UINT), Field(3, "touches", Kind.MESSAGES, TOUCHING)),
-)
+SHOWN = Message("Shown", (_T, Field(2, "tick", Kind.UINT), Field(3, "frame", Kind.BYTES)))
 # `columns` has one name a line. Numbers stand column after column: `exact` has those of the columns
 # that `exact_columns` names, `values` those of the others, rounded to 32 bits. A message for each
 # column would say the same, and take ten times as long to be made.

@@ -81,7 +81,8 @@ def test_what_a_script_keeps_of_our_values_arrives_whole() -> None:
     stick = Stick()
     stick.__dict__["kept"] = (INFO, DeviceSample((1.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.5))
     _, (device, _) = travel(stick)
-    info, sample = device._device.kept  # type: ignore[union-attr]
+    held: Any = device
+    info, sample = held._device.kept
     assert info == INFO
     assert (sample.position, sample.level, sample.fresh) == ((1.0, 0.0, 0.0), 0.5, True)
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 from hypothesis import strategies as st
 
 from cohaptic.control.law import Law
+from cohaptic.control.room_lag import NO_LAG
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.patch import Geometry, Patch
 from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.protocol.scene import encode_scene
+from cohaptic.protocol.scene_users import UserRecord
 from cohaptic.sessions.entries import (
     BodyReset,
     BudgetSet,
@@ -32,11 +35,11 @@ from cohaptic.sessions.entries import (
     SessionInfo,
     Shown,
     Ticked,
-    Touching,
     Written,
 )
 from cohaptic.sessions.writer import SessionFile
 from cohaptic.status.row import COLUMNS, Row
+from cohaptic.vec import Vec3
 
 T = 100.0  # s, begin of the sessions of the tests
 BODY = {"name": "balloon", "center": [0.0, 0.0, 0.0], "radius": 0.1, "contact_radius": 0.01}
@@ -90,6 +93,18 @@ TETRAHEDRON = RestMesh(
 ).encode()
 
 
+def scene(t: float, tick: int, forces: Mapping[int, Vec3]) -> bytes:
+    """The frame of a scene with these forces, each user's tip 10 cm from the one before."""
+    records = [
+        UserRecord(
+            user, (0.1 * user, 0.0, 0.0), (0.0, 0.0, 0.0), force, 1e-3, 1e3, 1e3, 0.0, 0.0,
+            (0.0, 0.0, 1.0), Law.PREDICTIVE, Geometry.PLANE, 1.0, 0.0, True, False, (0.0, 0.0, 0.0),
+        )
+        for user, force in forces.items()
+    ]  # fmt: skip
+    return encode_scene(tick, t, NO_LAG, b"".join(record.encode() for record in records), b"")
+
+
 def session(seconds: float = 3.0, users: int = 2, *, late: float = 0.25) -> list[Written]:
     """All kinds of entries in the order in which a server would add them; rows come late."""
     entries: list[Written] = [Mesh(T, TETRAHEDRON)]
@@ -105,10 +120,8 @@ def session(seconds: float = 3.0, users: int = 2, *, late: float = 0.25) -> list
             entries.append(Patched(t, step + 1, user, patch(t, step + 1)))
             if t - late >= T:
                 entries.append(rows(t - late, 50, user))
-        touches = [
-            Touching(u, (0.1 * u, 0, 0), (0, 0, 0), (0, 0, -1.0)) for u in range(1, users + 1)
-        ]
-        entries.append(Shown(t, step + 1, tuple(touches)))
+        forces = dict.fromkeys(range(1, users + 1), (0.0, 0.0, -1.0))
+        entries.append(Shown(t, step + 1, scene(t, step + 1, forces)))
     end = T + seconds
     return [
         *entries,
@@ -163,7 +176,6 @@ times = st.integers(-2_000, 8_000).map(lambda ms: T + ms / 1000.0)
 users = st.integers(1, 2**32 - 1)
 texts = st.text(max_size=20)
 frames = st.binary(max_size=60)
-vectors = st.tuples(numbers, numbers, numbers)
 leaves = st.none() | st.booleans() | st.integers(-(2**60), 2**60) | finite | texts
 values = st.recursive(leaves, lambda inner: st.lists(inner, max_size=3), max_leaves=5)
 objects = st.dictionaries(texts, values, max_size=3)
@@ -183,12 +195,7 @@ written: st.SearchStrategy[Written] = st.one_of(
     st.builds(BodyReset, times),
     st.builds(Patched, times, users, users, frames),
     st.builds(Mesh, times, frames),
-    st.builds(
-        Shown,
-        times,
-        users,
-        st.lists(st.builds(Touching, users, vectors, vectors, vectors), max_size=3).map(tuple),
-    ),
+    st.builds(Shown, times, users, frames),
     st.builds(Rows, times, users, st.just(COLUMNS), blocks, numbers, numbers),
     st.builds(RowsLost, times, users, users),
     st.builds(Link, times, users, numbers, numbers, numbers, numbers),

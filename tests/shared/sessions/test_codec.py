@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cohaptic.sessions.codec import decode, encode
-from cohaptic.sessions.entries import BudgetSet, Joined, Mark, Rows, Shown, Touching, Written
+from cohaptic.sessions.entries import BudgetSet, Joined, Mark, Rows, Shown, Written
 from cohaptic.sessions.schemas import BY_ENTRY, CHANNELS, Channel
 from tests.shared.sessions.made import T, as_read, info, rows, written
 
@@ -56,9 +56,6 @@ def test_values_of_a_mark_that_json_does_not_know_become_null() -> None:
     assert found.fields == {"a": None, "b": [None]}
 
 
-_VECTOR = (0.0, 0.0, 0.0)
-
-
 @pytest.mark.parametrize(
     ("entry", "words"),
     [
@@ -71,7 +68,7 @@ _VECTOR = (0.0, 0.0, 0.0)
         (replace(rows(T, 2), columns=("x", "t", "y") * 17), "begin with 't'"),
         (replace(rows(T, 2), columns=("t", "a\nb", *rows(T, 1).columns[2:])), "printable"),
         (Mark(T, "x", {"long": "x" * 5_000_000}), "bytes, more than 4194304"),
-        (Shown(T, 1, (Touching(-1, _VECTOR, _VECTOR, _VECTOR),)), "no number of 64 bits"),
+        (Shown(T, -1, b""), "no number of 64 bits"),
     ],
 )
 def test_what_cannot_be_read_again_is_not_written(entry: Written, words: str) -> None:

@@ -15,10 +15,11 @@ from mcap.reader import make_reader
 from mcap.records import Channel, Message, Schema
 
 from cohaptic.protocol.quantised_mesh import QuantisedMesh
-from cohaptic.sessions.entries import Mesh, Patched, Rows, Shown, Touching
+from cohaptic.protocol.scene_users import decode_users
+from cohaptic.sessions.entries import Mesh, Patched, Rows, Shown
 from cohaptic.sessions.plots import MAX_VERTICES, Plotter
 from cohaptic.status.row import COLUMNS
-from tests.shared.sessions.made import TETRAHEDRON, T, info, rows, session, write
+from tests.shared.sessions.made import TETRAHEDRON, T, info, rows, scene, session, write
 
 LAYOUT = Path(__file__).parents[3] / "docs" / "how-to" / "foxglove-layout.json"
 
@@ -70,7 +71,8 @@ def test_every_protobuf_message_is_read_by_its_description_in_the_file(
         if schema.name == "cohaptic.Rows":
             check_rows(read)
         if schema.name == "cohaptic.Shown":
-            assert [list(each.force) for each in read.touches] == [[0.0, 0.0, -1.0]] * 2
+            users = decode_users(read.frame).users
+            assert [record.force for record in users] == [(0.0, 0.0, -1.0)] * 2
     written = session()
     assert counts["cohaptic.Rows"] == sum(isinstance(entry, Rows) for entry in written)
     assert counts["cohaptic.Patched"] == sum(isinstance(entry, Patched) for entry in written)
@@ -133,8 +135,7 @@ def turned_x_axis(q: dict[str, float]) -> list[float]:
     "force", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 1e-7, 0), (0.3, -0.4, 0.5)]
 )
 def test_an_arrow_points_along_any_force(force: tuple[float, float, float]) -> None:
-    touch = Touching(1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), force)
-    [drawn] = Plotter(info()).of(Shown(T, 1, (touch,)))
+    [drawn] = Plotter(info()).of(Shown(T, 1, scene(T, 1, {1: force})))
     [entity] = json.loads(drawn.data)["entities"]
     way = turned_x_axis(entity["arrows"][0]["pose"]["orientation"])
     assert way == pytest.approx(list(np.array(force) / np.linalg.norm(force)), abs=1e-6)
