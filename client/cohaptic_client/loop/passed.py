@@ -85,9 +85,10 @@ def _packed(things: object) -> bytes:
         """Packs values of our own dataclasses by their fields: compiled ones have no state."""
 
         def reducer_override(self, obj: Any) -> Any:
-            kind: Any = type(obj)
-            if is_dataclass(obj) and kind.__module__.startswith("cohaptic"):
-                return kind, tuple(getattr(obj, field.name) for field in fields(obj))
+            thing: object = obj
+            kind = type(thing)
+            if is_dataclass(thing) and kind.__module__.startswith("cohaptic"):
+                return kind, tuple(getattr(thing, field.name) for field in fields(thing))
             whole = cast(Any, super())
             return whole.reducer_override(obj)
 
