@@ -198,6 +198,7 @@ class Client:
         pickle = b"" if passed is None else passed.pickle
         self._haptics = Haptics(settings, self.clock, keep, passed=pickle)
         self._target: tuple[Vec3, float] | None = None  # of a scripted tip, in the world frame
+        self._lost_before = 0  # rows that never came, of loops for earlier objects
         self._conversation: Conversation | None = None  # the newest one, which may be over
         # Secret with which this client alone can take its name again.
         self._key = secrets.token_hex(16)
@@ -248,7 +249,7 @@ class Client:
     @property
     def lost_rows(self) -> int:
         """Number of rows that never came to `keep`: this process stood still for seconds."""
-        return self._haptics.lost_rows
+        return self._lost_before + self._haptics.lost_rows
 
     @property
     def patch(self) -> Patch | None:
@@ -362,6 +363,7 @@ class Client:
                 if self.settings.fixed_gains is not None:
                     raise
                 self._tell(News("server", f"{another}; the hand comes back to it"))
+                self._lost_before += self._haptics.lost_rows
                 self._haptics = await self._haptics.anew()
                 if self._target is not None:
                     self._haptics.move_to(*self._target)

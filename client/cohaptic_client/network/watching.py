@@ -1,18 +1,20 @@
-"""A second connection, which watches the room: it brings the tips and forces of everybody."""
+"""A second connection, which watches the room: it brings the tips and forces of everybody.
+
+Who is in the room, and by which name, the first connection says.
+"""
 
 from __future__ import annotations
-
-from functools import partial
 
 from cohaptic.clock import Clock
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.fields import FrameKind
 from cohaptic.protocol.frame import HEADER
-from cohaptic.protocol.messages import Error, RoomUser, UserJoined, UserLeft, encode_control
+from cohaptic.protocol.messages import Error, encode_control
 from cohaptic.protocol.scene_users import SceneUsers, decode_users
 from cohaptic.protocol.version import PROTOCOL_VERSION
-from cohaptic.protocol.watch_messages import Watch, Watching, decode_watch_control
+from cohaptic.protocol.watch_messages import Watch, decode_watch_control
+from cohaptic_client.network.conversation import Refused
 from cohaptic_client.network.link import Data, Link
 from cohaptic_client.settings import ClientSettings
 
@@ -21,13 +23,11 @@ class Watcher:
     """Watches a room over one connection.
 
     Attributes:
-        scene: Newest scene, in the world frame; None before the first.
-        names: Names of the users in the room, by number.
+        scene: Newest scene, in the world frame; None without a connection, or before its first.
     """
 
     def __init__(self, settings: ClientSettings, clock: Clock) -> None:
         self.scene: SceneUsers | None = None
-        self.names: dict[int, str] = {}
         self._settings = settings
         self._link = Link(settings.url, clock, settings.up, settings.down, settings.ca_file)
 
@@ -40,10 +40,10 @@ class Watcher:
 
         Raises:
             ServerLost: No server answers.
+            Refused: The server does not let this client watch.
             RemoteProtocolError: The server has broken the protocol.
         """
         await self._link.open()
-        reasons = list[str]()
         try:
             watch = Watch(
                 protocol=PROTOCOL_VERSION,
@@ -53,30 +53,19 @@ class Watcher:
                 token=token or None,
             )
             self._link.send(encode_control(watch))
-            ended = await self._link.receive(partial(self._hear, reasons))
-            return reasons[0] if reasons else ended
+            return await self._link.receive(self._hear)
         finally:
+            self.scene = None
             await self._link.close()
 
-    def _hear(self, reasons: list[str], data: Data) -> None:
+    def _hear(self, data: Data) -> None:
         if isinstance(data, str):
             message = decode_watch_control(data)
-            if isinstance(message, Watching):
-                self.names = _names(message.users)
-            elif isinstance(message, UserJoined):
-                self.names[message.user] = message.name
-            elif isinstance(message, UserLeft):
-                self.names.pop(message.user, None)
-            elif isinstance(message, Error):
-                reasons.append(message.message)
+            if isinstance(message, Error):
+                raise Refused(message.code, message.message, message.field)
         elif len(data) < HEADER.size:
             raise RemoteProtocolError("frame length", len(data), f"at least {HEADER.size} bytes")
         elif data[1] == FrameKind.SCENE:
             # Without the surface: no script needs a mesh for the places of hands.
-            scene = decode_users(data)
-            self.scene = scene
-            self._link.send(Ack(scene.tick).encode())
-
-
-def _names(users: tuple[RoomUser, ...]) -> dict[int, str]:
-    return {user.user: user.name for user in users}
+            self.scene = decode_users(data)
+            self._link.send(Ack(self.scene.tick).encode())

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 from cohaptic.control.law import DEFAULT_LAW, Law
-from cohaptic.errors import SettingError
+from cohaptic.errors import ServerLost, SettingError
 from cohaptic.protocol.messages import GeometryName
 from cohaptic.simulated.delay_line import LinkSettings
 from cohaptic.simulated.networks import read_network
@@ -105,8 +105,10 @@ async def join(
     ready = asyncio.ensure_future(hand.ready())
     try:
         await asyncio.wait((going, ready), return_when=asyncio.FIRST_COMPLETED)
-        if not going.done():
-            yield hand
+        if going.done():
+            going.result()
+            raise ServerLost(address.url, "its duration was over before the hand felt the object")
+        yield hand
         if going.done():
             going.result()
     finally:

@@ -11,7 +11,7 @@ import logging
 import math
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cohaptic.errors import CohapticError, SettingError
+from cohaptic.errors import CloseCode, CohapticError, ServerLost, SettingError
 from cohaptic.protocol.messages import BodyInfo
 from cohaptic.protocol.patch import Patch
 from cohaptic.status.report import TouchStatus
@@ -21,6 +21,7 @@ from cohaptic_client.client import RETRY, Client
 from cohaptic_client.devices.scripted import SCRIPTED
 from cohaptic_client.loop.added import reasons_of
 from cohaptic_client.loop.passed import Passed
+from cohaptic_client.network.conversation import Refused
 from cohaptic_client.network.watching import Watcher
 from cohaptic_client.news import News
 from cohaptic_client.scripting.stream import Stream
@@ -34,6 +35,9 @@ log = logging.getLogger("cohaptic.hand")
 _WAITING: Final = 60.0
 _EVENTS: Final = 1000  # that may wait; a full room says a dozen when it comes together
 _READY: Final = 0.01  # s between looks whether the loop has begun
+# Refusals after which watching is tried again. Any other will come again, and would count against
+# the rate limits of everybody behind the same address.
+_PASSING: Final = {CloseCode.SERVER_STOPS.value, CloseCode.OBJECT_CHANGED.value}
 _TROUBLE: Final = {"fault", "device", "server", "machine"}
 
 
@@ -57,8 +61,9 @@ class Other(NamedTuple):
 class LiveHand:
     """A hand in a room; [`join`][cohaptic_client.join] and `joined` make it.
 
-    Every attribute is the newest value there is, and none waits. After the hand was lost, they
-    raise the error by which it was lost.
+    Every attribute is the newest value there is, and none waits; while the client comes back to a
+    lost server, or to another object, that is the last one of before. After the hand was lost for
+    good, they raise the error by which it was lost.
 
     Attributes:
         events: What has happened, as [`News`][cohaptic_client.News], for `for`, `async for` or
@@ -74,6 +79,9 @@ class LiveHand:
         self._watcher = Watcher(self._client.settings, self._client.clock) if watch else None
         self._samples: Stream[bytes, Row] | None = None
         self._lost_rows = 0
+        self._row: Row | None = None
+        self._body: BodyInfo | None = None
+        self._patch: Patch | None = None
         self._error: CohapticError | None = None
         self._ended = False
 
@@ -109,7 +117,7 @@ class LiveHand:
 
     @property
     def user(self) -> int:
-        """Number of this user in the room."""
+        """Number of this user in the room; 0 while the client comes back to it."""
         self._check()
         return self._client.user or 0
 
@@ -117,17 +125,17 @@ class LiveHand:
     def body(self) -> BodyInfo:
         """Body that the hand touches."""
         self._check()
-        body = self._client.body
-        assert body is not None  # the hand is ready
-        return body
+        self._body = self._client.body or self._body
+        assert self._body is not None  # the hand was ready
+        return self._body
 
     @property
     def sample(self) -> Row:
         """Everything about the newest haptic period."""
         self._check()
-        row = self._client.row
-        assert row is not None
-        return row
+        self._row = self._client.row or self._row
+        assert self._row is not None
+        return self._row
 
     @property
     def tip(self) -> Vec3:
@@ -151,8 +159,11 @@ class LiveHand:
 
         Raises:
             SettingError: A device moves this hand, or a value is not finite.
+            ServerLost: The hand has left.
         """
         self._check()
+        if self._ended:
+            raise ServerLost(self._client.settings.url, "the hand has left: its block is over")
         if not self._scripted:
             device = self._client.settings.device.name
             raise SettingError("tip", f"moved by the device {device}", "moved by the script alone")
@@ -170,9 +181,9 @@ class LiveHand:
     def patch(self) -> Patch:
         """Newest patch: the surface in front of the hand, its stiffness `k_o` and the gains."""
         self._check()
-        patch = self._client.patch
-        assert patch is not None
-        return patch
+        self._patch = self._client.patch or self._patch
+        assert self._patch is not None
+        return self._patch
 
     @property
     def others(self) -> tuple[Other, ...]:
@@ -248,7 +259,7 @@ class LiveHand:
         self.events.put(news)
 
     async def _watch(self) -> None:
-        """Watch the room once the hand is in it, and again after each loss."""
+        """Watch the room once the hand is in it, and again after each loss; no more if refused."""
         if (watcher := self._watcher) is None:
             return
         await self.ready()
@@ -256,6 +267,11 @@ class LiveHand:
         while True:
             try:
                 reason = await watcher.run(self._client.token)
+            except Refused as refused:
+                reason = str(refused)
+                if refused.code not in _PASSING:
+                    self._tell(News("room", f"the tips of others are not seen: {reason}"))
+                    return
             except CohapticError as error:
                 reason = str(error)
             if reason != said:

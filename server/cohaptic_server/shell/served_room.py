@@ -41,7 +41,8 @@ class ServedRoom:
     """A room with one body, which is served while a block of a script runs.
 
     [`serve`][cohaptic_server.serve] makes it. With `with` the server runs in a thread of its own,
-    also in a notebook; with `async with` it runs on the event loop of the block.
+    also in a notebook; with `async with` it runs on the event loop of the block. Meanwhile matrix
+    products of the whole process take one thread each, since several would hold up the ticks.
 
     Args:
         body: Body, or the name or file of one as after `cohaptic serve --body`.
@@ -76,7 +77,8 @@ class ServedRoom:
     @property
     def room(self) -> Room:
         """The room itself. Only code on the server's event loop may change it."""
-        assert self._server is not None, "the room is there inside the block"
+        if self._server is None:
+            raise RuntimeError("a room is there inside its block: with serve(...) as room")
         return self._server.room
 
     @property
@@ -103,7 +105,8 @@ class ServedRoom:
         Args:
             seconds: Time to wait [s]; None to wait for as long as the room is served.
         """
-        assert self._thread is not None, "on an event loop, await something else instead"
+        if self._thread is None:
+            raise RuntimeError("a room on an event loop is not waited for: await something else")
         try:
             self._thread.join(seconds)
         except KeyboardInterrupt:
@@ -131,6 +134,7 @@ class ServedRoom:
 
     def __enter__(self) -> Self:
         ready: Future[tuple[asyncio.AbstractEventLoop, asyncio.Event]] = Future()
+        self._ended = Future()
 
         async def host() -> None:
             end = asyncio.Event()

@@ -171,3 +171,51 @@ def test_a_room_that_ends_is_an_error_at_the_end_of_the_block_and_in_it() -> Non
     served.__enter__()
     with pytest.raises(ServerLost):
         touch()
+
+
+def test_a_server_that_comes_back_is_touched_again_and_no_attribute_fails_meanwhile() -> None:
+    first = serve("balloon", port=0)
+    first.__enter__()
+    port = int(first.url.rpartition(":")[2])
+    with joined(first.url, name="ann", tip=(0.13, 0.0, 0.0)) as hand:
+        first.__exit__(None, None, None)
+        events = hand.events
+        while next(events).kind != "server":  # it is lost, and tried again
+            pass
+        assert (hand.patch.tick > 0, hand.body.name, hand.others) == (True, "balloon", ())
+        with serve("balloon", port=port):
+            while next(events).kind != "touching":
+                pass
+            press(hand)
+            wait_until(hand, lambda: hand.force[0] > 1.0)
+            assert hand.status.state == "touching"
+
+
+def test_who_may_not_watch_touches_all_the_same_and_does_not_ask_again() -> None:
+    with serve("balloon", port=0, max_watchers=0) as room:
+        with (
+            joined(room.url, name="ann") as ann,
+            joined(room.url, name="bob", tip=(-0.13, 0.0, 0.0)),
+        ):
+            press(ann)
+            wait_until(ann, lambda: ann.force[0] > 1.0 and len(ann.others) == 1)
+            assert [(other.name, other.tip) for other in ann.others] == [("bob", None)]
+            kinds = [event.kind for event in ann.events.new()]
+            assert kinds.count("room") == 1
+
+
+def test_a_hand_that_has_left_says_so(room: ServedRoom) -> None:
+    with joined(room.url, name="ann") as hand:
+        pass
+    with pytest.raises(ServerLost, match="has left"):
+        hand.tip = (0.0, 0.0, 0.0)
+    assert list(hand.samples()) == []
+
+
+def test_a_duration_that_is_over_too_soon_is_an_error(room: ServedRoom) -> None:
+    short = ClientSettings(room.url, "ann", duration=1e-6)
+    with (
+        pytest.raises(ServerLost, match="before the hand felt"),
+        joined(room.url, name="ann", settings=short),
+    ):
+        pytest.fail("it felt something")

@@ -53,3 +53,12 @@ def test_a_wrong_setting_is_an_error_before_the_block(wrong: dict[str, Any]) -> 
     body = str(wrong.pop("body", "balloon"))
     with pytest.raises(SettingError):
         serve(body, port=0, **wrong)
+
+
+def test_one_room_can_be_served_twice_and_says_where_it_is_not() -> None:
+    served = serve("balloon", port=0)
+    with pytest.raises(RuntimeError, match="inside its block"):
+        _ = served.users
+    for _ in range(2):
+        with served as room:
+            assert room.wait(0.0)
