@@ -196,6 +196,9 @@ def serve(
     """Serve a body from a script: `with serve(MyBody(), port=8765) as room:`.
 
     Inside the block people touch it, at `room.url` with a client and at `room.page` in a browser.
+    The server shares the interpreter with the script, which makes ticks late while it computes for
+    long: a server that others rely on runs in a process of its own, as step 1 of the examples.
+
     A server keeps real time; for steps of your own, without any network, use
     [`VirtualSession`][cohaptic_experiments.VirtualSession].
 
