@@ -2,8 +2,9 @@
 
 A frame is little-endian and packed: the header, the fields of its kind, and parts behind them. The
 codecs beside take their formats and sizes from this table; `make protocol` writes
-`web/src/protocol/layout.ts` and the tables of `docs/protocol.md` from it. The haptic loop's process
-imports this module, so it needs neither numpy nor pydantic.
+`web/src/protocol/layout.ts`, the constants of `clients/cpp/cohaptic.hpp` and the tables of
+`docs/protocol.md` from it. The haptic loop's process imports this module, so it needs neither numpy
+nor pydantic.
 """
 
 from __future__ import annotations
