@@ -27,6 +27,7 @@ from cohaptic_client.loop.config import LoopConfig, haptic_period, law_settings,
 from cohaptic_client.loop.handle import HapticProcess, TipSample
 from cohaptic_client.loop.memory import MESH_SUFFIX, LoopMemory, remove_killed
 from cohaptic_client.loop.safety import Mode, SafetyLimits, rate_of
+from cohaptic_client.network.rows_out import RowsOut
 from cohaptic_client.settings import ClientSettings
 
 
@@ -45,6 +46,7 @@ class Haptics:
 
     Attributes:
         row: Newest row of the loop; None before the first.
+        rows_out: Rows for a server that records the session; None while none does.
         silent_after: Time without a patch after which the loop counts the server as silent [s];
             None before the start.
     """
@@ -58,6 +60,7 @@ class Haptics:
         passed: bytes = b"",
     ) -> None:
         self.row: Row | None = None
+        self.rows_out: RowsOut | None = None
         self.silent_after: float | None = None
         self._settings = settings
         self._clock = clock
@@ -144,11 +147,21 @@ class Haptics:
             self._welcome = welcome
             self.silent_after = config.limits.silent_after
             self._process = HapticProcess(config, self._memory, self._passed)
+            self._want_rows(self._process)
         elif (welcome.body, welcome.simulation_period) != (
             self._welcome.body,
             self._welcome.simulation_period,
         ):
             raise AnotherObject
+
+    def record(self, *, on: bool) -> None:
+        """Keep the rows of all periods for the server from now on, or no longer."""
+        self.rows_out = (self.rows_out or RowsOut()) if on else None
+        if self._process is not None:
+            self._want_rows(self._process)
+
+    def _want_rows(self, process: HapticProcess) -> None:
+        process.every_row = self._keep is not None or self.rows_out is not None
 
     def give_patch(self, frame: bytes) -> None:
         """Pass the frame of the newest patch to the loop.
@@ -231,6 +244,8 @@ class Haptics:
             self.row = last_row(rows)
             if self._keep is not None:
                 self._keep(rows)
+            if self.rows_out is not None:
+                self.rows_out.keep(rows)
 
 
 @contextlib.contextmanager

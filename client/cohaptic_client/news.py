@@ -13,7 +13,9 @@ from cohaptic_client.loop.safety import NOT_HELD
 FAULT_NEWS: Final = 2.0
 
 
-Kind = Literal["touching", "waiting", "fault", "device", "server", "user", "room", "machine"]
+Kind = Literal[
+    "touching", "waiting", "fault", "device", "server", "user", "room", "machine", "recorded"
+]
 
 
 class News(str):
@@ -23,7 +25,7 @@ class News(str):
         kind: touching (admitted to a room), waiting (for a place in a full room), fault (the force
             was taken off, or the fault was acknowledged), device (it is silent), server (lost, or
             another object), user (one joined, left or has a new name), room (an administrator
-            acted), machine (its scheduling).
+            acted), machine (its scheduling), recorded (the server records the session, or ends to).
     """
 
     kind: Kind

@@ -177,8 +177,8 @@ using Bytes = std::vector<std::uint8_t>;
 namespace wire {
 
 // <generated: by `make protocol` from shared/cohaptic/protocol/layout.py; change that instead>
-constexpr int PROTOCOL_VERSION = 5;
-constexpr const char *SUBPROTOCOL = "cohaptic.v5";
+constexpr int PROTOCOL_VERSION = 6;
+constexpr const char *SUBPROTOCOL = "cohaptic.v6";
 constexpr std::size_t HEAD_SIZE = 4;
 enum class Geometry : unsigned { Plane = 1, Sphere = 2, Mesh = 3 };
 enum class Law : unsigned { Proportional = 1, Pi = 2, Predictive = 3 };

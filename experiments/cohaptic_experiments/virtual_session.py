@@ -287,11 +287,13 @@ class VirtualSession:
 
     def set_law(self, name: str, law: Law, fixed_gains: FixedGains | None = None) -> None:
         """A user changes its law, at once."""
-        self.room.set_law(self.users[name].number, SetLaw(law=law, fixed_gains=fixed_gains))
+        self.room.set_law(
+            self.users[name].number, SetLaw(law=law, fixed_gains=fixed_gains), self.now
+        )
 
     def drop(self, name: str) -> None:
         """A client dies: its socket closes, and its loop ends."""
-        self.room.leave(self.users.pop(name).number)
+        self.room.leave(self.users.pop(name).number, self.now)
 
     def run(self, seconds: float) -> None:
         """Let time pass [s]."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from cohaptic.control.law import Law
 from cohaptic.errors import SettingError
@@ -39,6 +41,11 @@ class ServerSettings:
             `allow_origins`.
         watchers_point: Whether watchers may point at the surface, too.
         base_path: Path below which a proxy offers the server, such as `/haptics`; empty for root.
+        record: Session file (`.mcap`) to which the session is recorded from its beginning, or a
+            folder in which the file gets a name of its own; empty for none.
+        recordings: Folder in which an administrator of the room can record it; empty for none.
+        made_from: How the body was made, by names of options of `cohaptic serve`, so that whoever
+            has a recording can make it again.
 
     Raises:
         SettingError: A value is out of its range.
@@ -62,6 +69,9 @@ class ServerSettings:
     allow_frames: tuple[str, ...] = ()
     watchers_point: bool = True
     base_path: str = ""
+    record: str = ""
+    recordings: str = ""
+    made_from: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     def __post_init__(self) -> None:
         if not 10.0 <= self.simulation_hz <= 200.0:

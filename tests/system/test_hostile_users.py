@@ -169,7 +169,7 @@ def test_when_they_are_gone_everything_is_as_before(balloon: Balloon, attack: At
     session, victim = attacked(balloon, attack, 15, seconds=2.0)
     before = victim.force[2999]
     for number in [n for n in session.room.members if n != victim.number]:
-        session.room.leave(number)
+        session.room.leave(number, session.now)
     session.run(6.0)
     assert victim.force[-1] == pytest.approx(before, rel=0.01)
     assert jolts(victim)[0] <= MAX_IN_A_PERIOD

@@ -147,7 +147,7 @@ class Touch:
             self.seen.ticks.append(SAMPLE.unpack(sample)[1])
         if self._n >= self._periods:
             raise Over
-        self.memory.command.write(COMMAND.pack(self._n, False, 0))
+        self.memory.command.write(COMMAND.pack(self._n, False, True, 0))
         for message in self._messages.get(self._n, []):
             self._hear(message)
         self._meddle(self._n, self.memory)

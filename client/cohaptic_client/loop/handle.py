@@ -54,6 +54,7 @@ class HapticProcess:
     Attributes:
         status: Newest report of the loop; empty before the first.
         stopping: Whether `request_stop` has told the loop to end.
+        every_row: Whether the loop writes the row of every period, from the next heartbeat on.
     """
 
     def __init__(self, config: LoopConfig, memory: LoopMemory, passed: bytes = b"") -> None:
@@ -65,6 +66,7 @@ class HapticProcess:
         self._acknowledged = 0
         self._last: TipSample | None = None
         self.stopping = False
+        self.every_row = config.every_row
         self.status: dict[str, object] = {}
         command = [sys.executable, "-m", "cohaptic_client.loop.process", config.to_json()]
         self._process = subprocess.Popen(
@@ -151,7 +153,7 @@ class HapticProcess:
 
     def _command(self, *, stop: bool) -> None:
         self._beats += 1
-        command = COMMAND.pack(self._beats, stop, self._acknowledged)
+        command = COMMAND.pack(self._beats, stop, self.every_row, self._acknowledged)
         self._memory.command.write(command)
 
     def read_status(self) -> None:

@@ -22,7 +22,8 @@ from cohaptic.runtime.owned_files import own, remove_leftovers
 from cohaptic.status.row import ROW
 from cohaptic_client.devices.scripted import TARGET
 
-COMMAND: Final = struct.Struct("<Q?I")  # heartbeat, stop, faults acknowledged so far
+# heartbeat, stop, whether the row of every period is wanted, faults acknowledged so far
+COMMAND: Final = struct.Struct("<Q??I")
 # time, tick of the patch in use, probe, force on body, whether there is an anchor, and the anchor,
 # whether there is a deflection, and the deflection
 SAMPLE: Final = struct.Struct("<dI6d?3d?d")

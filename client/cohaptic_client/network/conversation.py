@@ -17,6 +17,7 @@ from cohaptic.protocol.messages import (
     Called,
     Hello,
     Place,
+    Recorded,
     Restraints,
     UserJoined,
     UserLeft,
@@ -24,6 +25,7 @@ from cohaptic.protocol.messages import (
 )
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
+from cohaptic.protocol.rows import Clock as RowClock
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.runtime.direct_loop import DirectLoop
 from cohaptic.vec import ZERO
@@ -117,6 +119,7 @@ class Conversation:
             outside a queue.
         server_to_wall: Unix time less the server's clock [s]; 0 before the welcome message.
         patch: Newest patch; None before the first.
+        recorded: Whether the server records the session.
     """
 
     def __init__(
@@ -136,6 +139,7 @@ class Conversation:
         self.server_to_wall = 0.0
         self.place: tuple[int, int] | None = None
         self.patch: Patch | None = None
+        self.recorded = False
         self._link = link
         self._settings = settings
         self._clock = clock
@@ -152,6 +156,7 @@ class Conversation:
         self._timer: asyncio.TimerHandle | None = None
         self._failed: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._seq = 0
+        self._rows_dropped = 0
 
     @property
     def user(self) -> int | None:
@@ -194,6 +199,7 @@ class Conversation:
         tip = self._haptics.newest_sample()
         if tip is not None:
             self._send_sample(tip._replace(force=ZERO))
+        self._send_rows(whole=True)
         self._link.send(self._session.farewell())
         # Both messages are still on their way through the injected delay.
         await asyncio.sleep(self._settings.up.longest + _FLUSH)
@@ -229,6 +235,8 @@ class Conversation:
             self._tell(News("user", self._others.news(event)))
         elif isinstance(event, Restraints):
             self._tell_restraints(event)
+        elif isinstance(event, Recorded):
+            self._tell_recorded(event)
         elif event.code == CloseCode.OBJECT_CHANGED.value:
             raise AnotherObject
         else:
@@ -246,6 +254,13 @@ class Conversation:
         for before, now, begins, ends in zip(was, self._restrained, _BEGINS, _ENDS, strict=True):
             if before != now:
                 self._tell(News("room", begins if now else ends))
+
+    def _tell_recorded(self, new: Recorded) -> None:
+        if new.on != self.recorded:
+            self.recorded = new.on
+            self._haptics.record(on=new.on)
+            words = "the server records this session" if new.on else "nothing is recorded any more"
+            self._tell(News("recorded", words))
 
     def _take_mesh(self, mesh: RestMesh) -> None:
         if self._welcome is None or self._settings.geometry != "mesh":
@@ -285,6 +300,7 @@ class Conversation:
                 tip = self._haptics.newest_sample()
                 if tip is not None:
                     self._send_sample(tip)
+                self._send_rows()
                 self._beat()
             except Exception as error:
                 self._failed.set_exception(error)
@@ -310,6 +326,18 @@ class Conversation:
             self._seq, tip.tick, tip.t, tip.probe, tip.force, tip.anchor, tip.deflection
         )
         self._link.send(sample.encode())
+
+    def _send_rows(self, *, whole: bool = False) -> None:
+        """Send rows of the loop behind a sample, if the server records the session."""
+        rows = self._haptics.rows_out
+        if rows is None or not self.recorded or self.timing.best is None:
+            return
+        rows.lose(self._link.rows_dropped - self._rows_dropped)
+        self._rows_dropped = self._link.rows_dropped
+        timing = self.timing
+        clock = RowClock(timing.clock_offset, timing.clock_error, timing.round_trip, timing.jitter)
+        for frame in rows.batches(clock, whole=whole):
+            self._link.send(frame)
 
 
 def greeting(settings: ClientSettings, key: str | None = None, token: str = "") -> Hello:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import ssl
+import struct
 from collections.abc import Callable
 from typing import Final
 from urllib.parse import urlsplit
@@ -25,6 +26,8 @@ from websockets.typing import Subprotocol
 
 from cohaptic.clock import Clock
 from cohaptic.errors import AnotherObject, CloseCode, ServerLost, ServerUnreachable, one_line
+from cohaptic.protocol.fields import FrameKind
+from cohaptic.protocol.frame import HEADER
 from cohaptic.protocol.rest_mesh import MAX_BYTES
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.runtime.direct_loop import DirectLoop
@@ -34,6 +37,7 @@ from cohaptic_client.address import proxy_for, silence, trust, why_not_trusted, 
 from cohaptic_client.network.wire import Wire
 
 Data = str | bytes
+ROW_COUNT: Final = struct.Struct("<H")  # the first field of a frame of rows
 MAX_INBOUND_BYTES = MAX_BYTES  # the largest message is a rest mesh, then a full room's welcome
 
 _TELLS_WHY: Final = (429, 503)  # too many, or no room at present: a sentence of the server's own
@@ -87,6 +91,9 @@ class Link:
         up: Latency injected from client to server.
         down: Latency injected from server to client.
         ca_file: File with the certificates to trust; empty for the system's certificates.
+
+    Attributes:
+        rows_dropped: Number of rows that did not leave, since earlier bytes were unsent.
     """
 
     def __init__(
@@ -96,6 +103,7 @@ class Link:
         self._ca_file = ca_file
         self._clock = clock
         self._up, self._down = up, down
+        self.rows_dropped = 0
         self._ws: Wire | None = None
         self._outbound: Delayed | None = None
 
@@ -200,6 +208,8 @@ class Link:
     def _write(self, data: Data) -> None:
         assert self._ws is not None
         if isinstance(data, bytes) and self._ws.unsent > 0:
+            if data[1] == FrameKind.ROWS:
+                self.rows_dropped += ROW_COUNT.unpack_from(data, HEADER.size)[0]
             return  # only the newest sample counts: the next one follows a period later
         self._ws.write(data)
 

@@ -15,6 +15,7 @@ from cohaptic.protocol.messages import (
     Error,
     Hello,
     Place,
+    Recorded,
     Restraints,
     UserJoined,
     UserLeft,
@@ -34,11 +35,14 @@ class State(Enum):
     CLOSED = "closed"
 
 
-Event = Place | Called | Welcome | RestMesh | Patch | UserJoined | UserLeft | Restraints | Error
+Event = (
+    Place | Called | Welcome | RestMesh | Patch | UserJoined | UserLeft | Restraints | Recorded
+    | Error
+)  # fmt: skip
 
 ALLOWED: dict[State, tuple[type[Event], ...]] = {
     State.AWAIT_WELCOME: (Place, Called, Welcome, Error),
-    State.JOINED: (RestMesh, Patch, UserJoined, UserLeft, Restraints, Error),
+    State.JOINED: (RestMesh, Patch, UserJoined, UserLeft, Restraints, Recorded, Error),
     State.CLOSED: (),
 }
 

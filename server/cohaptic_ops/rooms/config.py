@@ -110,6 +110,9 @@ class RoomTable(Table):
         watchers_point: Whether watchers may point at the surface, too.
         object: Options of an object from a file.
         limits: Budgets of the room's connections, in addition to the budgets of the server.
+        record: Folder in which each run of the room is recorded, from its beginning; relative as
+            `body` is; empty for none.
+        recordings: Folder in which the room's administrators can record; empty for none.
         start: Whether the room starts at once, with the server, or on demand, when somebody comes.
         end_after: Time that a room with start on demand stays open without anybody in it [s].
         cores: Processors that a node of a cluster keeps free for the room.
@@ -130,6 +133,9 @@ class RoomTable(Table):
     watchers_point: bool = True
     object: ObjectTable = ObjectTable()
     limits: LimitTable = Field(default_factory=dict)
+    # A folder, since a room may run more than once, and no recording is overwritten.
+    record: str = Field(default="", pattern=r"^(?!.*\.mcap$)")
+    recordings: str = ""
     start: Literal["at once", "on demand"] = "at once"
     # Long enough for a user who closes the page for a short break: names, places and sessions exist
     # only in the process.
@@ -198,7 +204,8 @@ class RoomsConfig(BaseSettings):
             allow_hosts=self.allow_hosts, limits=limits_of(table.limits), laws=table.laws,
             room=room, max_waiting=table.max_waiting,
             allow_frames=self.allow_frames, watchers_point=table.watchers_point,
-            base_path=self.base_path,
+            base_path=self.base_path, record=table.record, recordings=table.recordings,
+            made_from=_made_from(table),
         )  # fmt: skip
 
     @property
@@ -209,6 +216,14 @@ class RoomsConfig(BaseSettings):
             limits=limits_of(self.limits), room=None, allow_frames=self.allow_frames,
             base_path=self.base_path,
         )  # fmt: skip
+
+
+def _made_from(table: RoomTable) -> dict[str, Any]:
+    """Return how the body of a room is made, as `cli/object_options.py` does for one object."""
+    known = table.model_dump(mode="json", include={"body", "nonlinear", "relaxation", "users"})
+    options = table.object
+    given = options.model_dump(mode="json", exclude_defaults=True, exclude={"auto"})
+    return {**known, "auto": options.auto, "object": given}
 
 
 def limits_of(table: Mapping[str, str]) -> Limits:
@@ -320,7 +335,10 @@ def _placed(table: RoomTable, folder: Path) -> RoomTable:
 
     body = str(resolved(table.body)) if is_file(table.body) else table.body
     placed = {name: resolved(path) for name, path in _object_files(table.object)}
-    return table.model_copy(update={"body": body, "object": table.object.model_copy(update=placed)})
+    folders = ("record", "recordings")
+    where = {name: str(resolved(path)) for name in folders if (path := getattr(table, name))}
+    files = table.object.model_copy(update=placed)
+    return table.model_copy(update={"body": body, "object": files, **where})
 
 
 def _files(table: RoomTable) -> list[tuple[str, Path]]:

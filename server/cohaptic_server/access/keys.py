@@ -218,6 +218,11 @@ class Grants(BaseModel):
     can_inject_latency: bool = False
     max_force: Annotated[float, Field(ge=0.0, le=100.0)] | None = None
 
+    @property
+    def may_record(self) -> bool:
+        """Whether the token lets its owner record everybody in the room."""
+        return self.room_record or self.room_admin
+
     def hold_in(self, room: str) -> bool:
         """Check whether the grants apply to a room of this name."""
         if self.room.endswith("*"):

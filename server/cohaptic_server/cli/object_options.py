@@ -48,6 +48,27 @@ class ObjectOptions:
         return ObjectFile.of(path, defaults | dict(self.given))
 
 
+def made_from_options(
+    body: str, options: ObjectOptions, users: int | None, relaxation: float, *, nonlinear: bool
+) -> dict[str, Any]:
+    """Return how a body is made, for `ServerSettings.made_from`; names and files as given.
+
+    Args:
+        body: Name in the catalogue, or path of a file.
+        users: Number of users for whom the mesh of a file is chosen; None without that option.
+        relaxation: Relaxation time of a viscous body [s].
+        nonlinear: Whether the body is nonlinear.
+    """
+    return {
+        "body": body,
+        "nonlinear": nonlinear,
+        "relaxation": relaxation,
+        "users": users,
+        "auto": options.auto,
+        "object": {name: str(v) if isinstance(v, Path) else v for name, v in options.given.items()},
+    }
+
+
 def _typer_option(option: Option) -> Any:
     flags = [option.flag] if option.kind is bool else []  # without --no-repair
     return typer.Option(*flags, help=option.help, show_default=option.shown or True)

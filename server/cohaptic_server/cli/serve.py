@@ -20,6 +20,7 @@ from cohaptic_server.touchable import KINDS, names
 
 # Chapters of the help, after the options that most people need.
 _PEOPLE, _WEB, _LOG = "People in the room", "Browsers and proxies", "Log"
+_RECORD = "Recordings"
 
 BodyName = Annotated[
     str,
@@ -103,6 +104,23 @@ Admin = Annotated[
         " with `cohaptic top`.",
     ),
 ]
+RecordTo = Annotated[
+    str,
+    typer.Option(
+        metavar="FILE.mcap",
+        help="Record the session to this file, or in a folder to one with the time in its name."
+        " Everybody in the room is told.",
+        rich_help_panel=_RECORD,
+    ),
+]
+RecordingsIn = Annotated[
+    str,
+    typer.Option(
+        metavar="FOLDER",
+        help="Let an administrator of the room begin and end recordings, in this folder.",
+        rich_help_panel=_RECORD,
+    ),
+]
 LogForm = Annotated[
     LogFormat,
     typer.Option(
@@ -176,6 +194,8 @@ def serve(
     limit: Limit = None,
     admin: Admin = None,
     route: Routes = None,
+    record: RecordTo = "",
+    recordings: RecordingsIn = "",
     config: Config = None,
     cluster: Cluster = "",
     log_format: LogForm = LogFormat.TEXT,
@@ -203,7 +223,7 @@ def serve(
         tuple(allow_origin or ()), allow_upload, tuple(allow_host or ()),
         Limits().changed(limit or ()), max_waiting=max_waiting,
         allow_frames=tuple(allow_frame or ()), watchers_point=watchers_point,
-        base_path=read_base_path(base_path),
+        base_path=read_base_path(base_path), record=record, recordings=recordings,
     )  # fmt: skip
     protection = access.protection(host)
     if users is not None and users > max_users:

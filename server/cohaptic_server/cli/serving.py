@@ -7,6 +7,7 @@ import contextlib
 import logging
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
@@ -16,11 +17,12 @@ from cohaptic.runtime.interrupt import until_interrupted
 from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.access_options import in_words_of
-from cohaptic_server.cli.object_options import ObjectOptions
+from cohaptic_server.cli.object_options import ObjectOptions, made_from_options
 from cohaptic_server.cli.told_pages import tell_pages
 from cohaptic_server.credentials.reloading import reload_changed
 from cohaptic_server.http.reachable import addresses_for_others, hosts_for_others
 from cohaptic_server.objects.catalogue import build_body
+from cohaptic_server.room.input_record import ColumnRecord
 from cohaptic_server.routes import Route, Serving, loaded, opened, read_wanted
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.exchange import ServedBody
@@ -68,6 +70,8 @@ def serve_object(
     routes = loaded(wanted)
     damping = relaxation * settings.simulation_hz
     touched = _build(settings, options, users, damping, nonlinear=nonlinear)
+    made_from = made_from_options(settings.body, options, users, relaxation, nonlinear=nonlinear)
+    settings = replace(settings, made_from=made_from)
     serving = _serve(touched, settings, protection, damping, routes, wanted, nonlinear=nonlinear)
     asyncio.run(until_interrupted(serving, lifeline=lifeline))
 
@@ -139,7 +143,7 @@ async def _run(
     server: CohapticServer,
     url: str,
     settings: ServerSettings,
-    before_tick: Callable[[], None] | None,
+    before_tick: Callable[[ColumnRecord | None], None] | None,
     lines: Sequence[str],
 ) -> None:
     """Print the address, run the ticks until interrupted, then log their statistics."""

@@ -85,6 +85,8 @@ class Limits:
             number per tick; the burst is a time [s], with one message for each of its ticks. A
             client sends one sample per tick, and after a stall the network delivers up to 10 s of
             samples at once, since TCP gives up after that time (`USER_TIMEOUT_MS`).
+        rows: Longer binary messages of a connection, which bring rows for a recording: one beside
+            each sample, and more from a loop of 4 kHz; after a stall 10 s of them.
         texts: Other messages of a connection, and fragments. A person moves a slider at the rate of
             the screen for a second or two.
         beats: Pings, pongs and closes of a connection. A library pings every few seconds.
@@ -108,6 +110,7 @@ class Limits:
     """
 
     samples: Budget = field(default=Budget(2, 12))
+    rows: Budget = field(default=Budget(300, 3000))
     texts: Budget = field(default=Budget(60, 180))
     texts_in_all: Budget = field(default=Budget(200, 400))
     points: Budget = field(default=Budget(0.5, 4))

@@ -27,7 +27,7 @@ class Meter:
     def __init__(self, limits: Limits, simulation_hz: float) -> None:
         self._limits = limits
         self._sample_budget = limits.samples_at(simulation_hz)
-        self._samples = self._texts = self._beats = FULL
+        self._samples = self._rows = self._texts = self._beats = FULL
 
     def sample(self, now: float) -> RemoteProtocolError | None:
         """Count a read of the socket that brought one sample, the usual case.
@@ -41,11 +41,14 @@ class Meter:
         self._samples = bucket
         return None
 
-    def read(self, samples: int, texts: int, beats: int, now: float) -> RemoteProtocolError | None:
+    def read(
+        self, samples: int, rows: int, texts: int, beats: int, now: float
+    ) -> RemoteProtocolError | None:
         """Count the messages of one read of the socket.
 
         Args:
             samples: Small binary messages.
+            rows: Longer binary messages.
             texts: Other messages and fragments.
             beats: Pings, pongs and closes.
             now: Time [s].
@@ -59,6 +62,11 @@ class Meter:
         if left is None:
             return too_many("samples", samples, self._sample_budget)
         self._samples = left
+        if rows:
+            left = spend(self._rows, rows, limits.rows, now)
+            if left is None:
+                return too_many("rows", rows, limits.rows)
+            self._rows = left
         if texts:
             left = spend(self._texts, texts, limits.texts, now)
             if left is None:

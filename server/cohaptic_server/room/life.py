@@ -15,7 +15,7 @@ from enum import Enum
 from cohaptic.errors import CloseCode
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.control.message import SetName
-from cohaptic.protocol.messages import Bye, Come, Hello, SetLaw
+from cohaptic.protocol.messages import Bye, Come, Hello, Mark, SetLaw
 from cohaptic.protocol.watch_messages import Watch
 
 # s for the first message. A client sends it at once; a path that holds it up for longer is lost.
@@ -25,7 +25,7 @@ HELLO_TIMEOUT = 5.0
 # last force of a lost connection must not stay.
 STALE_AFTER = 0.5
 
-Message = Hello | Watch | Come | SetName | SetLaw | ContactSample | Bye
+Message = Hello | Watch | Come | SetName | SetLaw | Mark | ContactSample | Bye
 
 
 class State(Enum):
@@ -139,7 +139,7 @@ MESSAGES: dict[State, tuple[type[Message], ...]] = {
     State.OFFERED: (Hello, Watch),
     State.WAITING: (SetName, Bye),
     State.CALLED: (Come, SetName, Bye),
-    State.JOINED: (ContactSample, SetName, SetLaw, Bye),
+    State.JOINED: (ContactSample, SetName, SetLaw, Mark, Bye),
 }
 _AFTER = {(before, step.event): step.after for step in LIFE for before in step.before}
 

@@ -179,6 +179,9 @@ def moderate(
         to_wall: Time on the machine's wall clock minus `now` [s].
         outcome: Receives the tasks of the shell.
     """
+    if wish.action in ("record", "end_recording"):
+        _change_recording(room, admin, outcome, on=wish.action == "record")
+        return
     if not admin.guest.grants.room_admin:
         admin.session.fail(forbidden("the token does not let you administer the room (roomAdmin)"))
         return
@@ -269,6 +272,17 @@ def end_freeze(room: Room, peers: Iterable[Peer], now: float, outcome: Outcome) 
         room.frozen, room.left_alone = False, None
         tell_restraints(room, peers, outcome)
         outcome.say("thawed", "the object takes forces again: no administrator is here")
+
+
+def _change_recording(room: Room, admin: Peer, outcome: Outcome, *, on: bool) -> None:
+    if not admin.guest.grants.may_record:
+        admin.session.fail(forbidden("the token does not let you record (roomRecord or roomAdmin)"))
+    elif not room.settings.recordings:
+        admin.session.fail(forbidden("the server has no folder for recordings (--recordings)"))
+    else:
+        outcome.recordings.append((admin, on))
+        words = f"{admin.guest.sub} {'begins' if on else 'ends'} a recording"
+        outcome.say("moderated", words, admin.source)
 
 
 def _put_out(

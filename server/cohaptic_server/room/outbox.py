@@ -15,6 +15,7 @@ from __future__ import annotations
 from cohaptic.protocol.control.message import ControlMessage
 from cohaptic.protocol.messages import (
     Place,
+    Recorded,
     Restraints,
     UserJoined,
     UserLeft,
@@ -24,7 +25,14 @@ from cohaptic.protocol.messages import (
 from cohaptic.protocol.watch_messages import PutOut, Watching
 
 MAX_EVENTS = 64
-_STATE = (UserJoined, UserLeft, Restraints, PutOut, Place)  # only the newest message waits
+_STATE = (
+    UserJoined,
+    UserLeft,
+    Restraints,
+    Recorded,
+    PutOut,
+    Place,
+)  # only the newest message waits
 
 
 class Outbox:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from cohaptic.errors import one_line
+from cohaptic.protocol.messages import Mark
+from cohaptic.protocol.rows import RowBatch
 from cohaptic.simulated.delay_line import AT_ONCE, LinkSettings
 from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.room.session import ServerSession
@@ -79,11 +81,18 @@ class Outcome:
         flush: Peers whose sessions have something to write or to close, in order.
         delayed: Peers whose injected latency has changed.
         log: Lines for the log.
+        marks: Marks for a recording, each with the number of the user who has set it; None for one
+            who watches.
+        rows: Rows of users' loops for a recording, with the number of the user.
+        recordings: Administrators who ask that the session be recorded from now on, or no longer.
     """
 
     flush: list[Peer] = field(default_factory=list[Peer])
     delayed: list[Peer] = field(default_factory=list[Peer])
     log: list[LogLine] = field(default_factory=list[LogLine])
+    marks: list[tuple[Mark, int | None]] = field(default_factory=list[tuple[Mark, int | None]])
+    rows: list[tuple[RowBatch, int]] = field(default_factory=list[tuple[RowBatch, int]])
+    recordings: list[tuple[Peer, bool]] = field(default_factory=list[tuple[Peer, bool]])
 
     def say(
         self,

@@ -30,6 +30,7 @@ from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.touched_body import TouchedBody
 from cohaptic_server.room.body_frames import BodyFrames, describe
+from cohaptic_server.room.input_record import InputRecord
 from cohaptic_server.room.life import Hand, hand_of
 from cohaptic_server.room.member import Member, Muted, participant
 from cohaptic_server.room.seats.names import Claim, KeptNames, looks_like, may_replace
@@ -133,6 +134,7 @@ class Room:
         queue: People who wait for a seat.
         muted: Users whom an administrator has muted.
         kept: Names that are reserved for users whose connections were lost.
+        record: Takes down what the room takes in; None while nothing records it.
     """
 
     def __init__(self, body: Body, settings: ServerSettings, first_user: int = 1) -> None:
@@ -152,6 +154,7 @@ class Room:
         self.watch_seats = Seating(settings.max_watchers, "watchers")
         self.muted = Muted()
         self.kept = KeptNames()
+        self.record: InputRecord | None = None
         self.frozen = False
         self.left_alone: float | None = None
         self.force_budget: float | None = None
@@ -204,14 +207,17 @@ class Room:
             promised = self.queue.called if own or called else len(self.queue)
             self.seats.check(len(self.members), kept, promised)
         self.kept.forget(hello.name, claim)
-        left = tuple(self._replace(member) for member in replaced)
+        left = tuple(self._replace(member, now) for member in replaced)
         user = self.next_user
         self.next_user += 1
         present = tuple(RoomUser(user=m.user, name=m.hello.name) for m in self.members.values())
         capacity = guest.grants.max_force
         cap = hello.max_force if capacity is None else min(hello.max_force, capacity)
         muted = self.muted.holds(hello.name, claim)
-        self.members[user] = Member(participant(user, hello, cap), hello, now, claim, muted)
+        member = Member(participant(user, hello, cap), hello, now, claim, muted)
+        self.members[user] = member
+        if self.record is not None:
+            self.record.joined(member, now)
         welcome = Welcome(
             user=user,
             name=hello.name,
@@ -247,9 +253,11 @@ class Room:
         )
         member.samples = member.samples.heard(touch)
         member.heard = now
+        if self.record is not None:
+            self.record.heard(user, sample, now)
 
-    def set_law(self, user: int, change: SetLaw) -> None:
-        """Change the control law of a user's patches.
+    def set_law(self, user: int, change: SetLaw, now: float) -> None:
+        """Change the control law of a user's patches, at a time [s].
 
         Raises:
             RemoteProtocolError: The change asks for gains, which this server does not let users
@@ -263,6 +271,8 @@ class Room:
         )
         member.who = participant(user, member.hello, member.who.max_force)
         member.samples = member.samples.of(member.who)
+        if self.record is not None:
+            self.record.law(user, change, now)
 
     def _check_gains(self, gains: FixedGains | None) -> None:
         if gains is not None and not self.settings.allow_fixed_gains:
@@ -278,23 +288,26 @@ class Room:
             raise RemoteProtocolError("law", law.value, f"{known}, as this room has it")
 
     def leave(
-        self, user: int, reason: str = "left", lost: float | None = None, *, seat: bool = True
+        self, user: int, now: float, reason: str = "left", *, lost: bool = False, seat: bool = True
     ) -> UserLeft | None:
         """Remove a user, whose force then fades; return None if the user is not in the room.
 
         Args:
             user: Number of the user.
+            now: Time [s].
             reason: Reason that the other users are told.
-            lost: Time at which the connection was lost [s], so that the room reserves the user's
-                name; None if the connection was ended on purpose.
+            lost: Whether the connection was lost, so that the room reserves the user's name; False
+                if it was ended on purpose.
             seat: Whether the room also reserves the seat of a lost connection.
         """
         member = self.members.pop(user, None)
         if member is None:
             return None
-        if lost is not None:
+        if lost:
             since = member.joined if seat else None
-            self.kept.keep(member.hello.name, member.claim, lost, since=since)
+            self.kept.keep(member.hello.name, member.claim, now, since=since)
+        if self.record is not None:
+            self.record.left(user, reason, now)
         return UserLeft(user=user, name=member.hello.name, reason=reason)
 
     def check_name(self, name: str, but: Collection[int | None] = ()) -> None:
@@ -309,10 +322,10 @@ class Room:
             limit = f"one that looks like none of those taken: {', '.join(sorted(others))}"
             raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
 
-    def _replace(self, member: Member) -> UserLeft:
-        del self.members[member.user]
-        name = member.hello.name
-        return UserLeft(user=member.user, name=name, reason="replaced by its return")
+    def _replace(self, member: Member, now: float) -> UserLeft:
+        left = self.leave(member.user, now, "replaced by its return")
+        assert left is not None  # it is one of the members
+        return left
 
     def seated(self, now: float) -> int:
         """Return the number of seats that users, lost connections and called people occupy."""
@@ -348,6 +361,8 @@ class Room:
     def reset(self, now: float) -> None:
         """Return the body to its initial state after `RESET_AFTER`, when every force has faded."""
         self._reset_at = now + RESET_AFTER
+        if self.record is not None:
+            self.record.reset(now)
 
     def tick(self, now: float) -> dict[int, Patch]:
         """Advance the simulation by one period; return the patches by user number.
@@ -355,6 +370,8 @@ class Room:
         The force of a user whose samples have stopped fades, but the user still gets patches, since
         only the uplink of the client may have stalled.
         """
+        if self.record is not None:
+            self.record.ticked(self.world.tick + 1, self.restraints, self.force_budget, now)
         if self._reset_at is not None and now >= self._reset_at:
             self.world, self._reset_at = WorldState(self.world.tick), None
         released = self.frozen or self._reset_at is not None
@@ -384,7 +401,9 @@ class Room:
         waits = self.frozen or self._reset_at is not None  # the end of either needs ticks
         return not (self.members or waits) and is_at_rest(self.world)
 
-    def pass_over(self, ticks: int) -> None:
-        """Count ticks that have passed while the room was at rest, without computing them."""
+    def pass_over(self, ticks: int, now: float) -> None:
+        """Count ticks that passed while the room was at rest, the last one at a time [s]."""
+        if self.record is not None:
+            self.record.passed_over(ticks, now)
         self.world, self.patches = pass_over(self.world, ticks), {}
         self._ticked = None  # the first tick after a rest is as long as any other

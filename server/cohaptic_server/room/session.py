@@ -13,6 +13,7 @@ from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.control.message import ControlMessage
 from cohaptic.protocol.messages import Bye, Called, Come, Error, Hello, Welcome
 from cohaptic.protocol.patch import Patch
+from cohaptic.protocol.rows import RowBatch
 from cohaptic.protocol.watch_messages import ClientMessage, Watch, decode_client_message
 from cohaptic_server.room.life import (
     HELLO_TIMEOUT,
@@ -90,6 +91,16 @@ class ServerSession:
             return None
         self._last_seq = sample.seq
         return sample
+
+    def receive_rows(self, data: bytes) -> RowBatch | None:
+        """Decode rows of a client that has joined; return None if the session has ended."""
+        if self.state is not State.JOINED:
+            return None
+        try:
+            return RowBatch.decode(data)
+        except ProtocolError as error:
+            self.fail(error)
+            return None
 
     def events(self) -> list[Message]:
         """Return the messages for the room that arrived since the last call."""

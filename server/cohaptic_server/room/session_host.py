@@ -8,11 +8,21 @@ from __future__ import annotations
 
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.control.message import SetName
-from cohaptic.protocol.messages import Come, Hello, SetLaw, wrong_version
+from cohaptic.protocol.fields import FrameKind
+from cohaptic.protocol.messages import Come, Hello, Mark, Recorded, SetLaw, wrong_version
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.version import SUBPROTOCOL
-from cohaptic.protocol.watch_messages import Moderate, SetLatency, SetView, Watch, WatchRequest
+from cohaptic.protocol.watch_messages import (
+    Moderate,
+    Moderated,
+    ModerationName,
+    SetLatency,
+    SetView,
+    Watch,
+    WatchRequest,
+)
 from cohaptic_server.access.admission import session_over
+from cohaptic_server.access.keys import forbidden
 from cohaptic_server.room.company.shared_views import SharedViews
 from cohaptic_server.room.latency import Data, latencies, set_latency
 from cohaptic_server.room.latency import refusal as refusal_of_latency
@@ -26,6 +36,7 @@ from cohaptic_server.room.session_setup import RoomAdmission, SessionSetup, tell
 from cohaptic_server.room.watch.scene_broadcast import SceneBroadcast
 from cohaptic_server.room.watch.watcher import Watcher
 
+_ROWS = bytes((FrameKind.ROWS,))
 MESH_TIMEOUT = 30.0  # s for a watcher to take the resting mesh
 
 
@@ -86,6 +97,8 @@ class SessionHost:
         """
         session = peer.session
         if peer.user is not None and isinstance(data, bytes) and not isinstance(session, Watcher):
+            if data[1:2] == _ROWS:
+                return self._receive_rows(peer, session, data, peer.user)
             sample = session.receive_sample(data)
             if sample is None:
                 return Outcome([peer])
@@ -102,6 +115,12 @@ class SessionHost:
         outcome.flush.append(peer)
         return outcome
 
+    def _receive_rows(self, peer: Peer, session: ServerSession, data: bytes, user: int) -> Outcome:
+        rows = session.receive_rows(data)
+        if rows is None:
+            return Outcome([peer])
+        return Outcome(rows=[(rows, user)])
+
     def tick(self, now: float) -> None:
         """Advance the simulation by one period."""
         self._ticked = now
@@ -115,7 +134,7 @@ class SessionHost:
     def pass_over(self, ticks: int, now: float) -> None:
         """Count `ticks` ticks that passed while the room slept, the last one at time `now` [s]."""
         self._ticked = now
-        self.room.pass_over(ticks)
+        self.room.pass_over(ticks, now)
 
     def serve(self, now: float) -> Outcome:
         """Queue each user's newest patch, and end the sessions whose deadline has passed.
@@ -217,7 +236,7 @@ class SessionHost:
         self.peers.remove(peer)
         peer.session.disconnect(reason, farewell=peer.farewell)
         close = peer.session.close
-        lost = self._ticked if peer.session.state is State.KEPT else None
+        lost = peer.session.state is State.KEPT
         reason = reason or (close[1] if close else "connection lost")
         field = peer.session.field
         refusal = (field, close[0]) if field and close else ("", 0)
@@ -232,11 +251,31 @@ class SessionHost:
             words = f"a client was refused: {reason}"
             outcome.say("refused", words, peer.source, refusal=refusal)
         else:
-            left = self.room.leave(peer.user, reason, lost, seat=not peer.farewell)
+            left = self.room.leave(
+                peer.user, self._ticked, reason, lost=lost, seat=not peer.farewell
+            )
             if left is not None:
                 sentence = f"{left.name} left: {reason}"
                 outcome.say("left", sentence, peer.source, user=left.name, refusal=refusal)
                 tell_others(self.peers, peer, left, outcome)
+        return outcome
+
+    def tell_recorded(self, *, on: bool) -> Outcome:
+        """Tell all peers whether the session is recorded from now on."""
+        outcome = Outcome()
+        for peer in self.peers:
+            if peer.session.hears_news:
+                peer.session.send(Recorded(on=on))
+                outcome.flush.append(peer)
+        return outcome
+
+    def answer_recording(self, admin: Peer, *, begins: bool, done: bool) -> Outcome:
+        """Tell an administrator whether a recording has begun, or ended, as asked."""
+        outcome = Outcome()
+        if admin in self.peers and admin.session.hears_news:
+            action: ModerationName = "record" if begins else "end_recording"
+            admin.session.send(Moderated(action=action, user=None, done=done))
+            outcome.flush.append(admin)
         return outcome
 
     def stop(
@@ -271,7 +310,9 @@ class SessionHost:
                 case SetName():
                     self._rename(peer, event, now, outcome)
                 case SetLaw() if peer.user is not None:
-                    self._set_law(peer, peer.user, event)
+                    self._set_law(peer, peer.user, event, now)
+                case Mark():
+                    outcome.marks.append((event, peer.user))
                 case _:
                     pass
 
@@ -297,6 +338,11 @@ class SessionHost:
                     error = wrong
                 if error is not None:
                     session.fail(error)
+            case Mark():
+                if peer.guest.grants.can_touch or peer.guest.grants.room_admin:
+                    outcome.marks.append((request, None))
+                else:
+                    session.fail(forbidden("the token does not let you set marks (canTouch)"))
             case SetView():
                 pass  # the session has handled this message
             case _:
@@ -309,8 +355,8 @@ class SessionHost:
         except ProtocolError as error:
             peer.session.fail(error)
 
-    def _set_law(self, peer: Peer, user: int, change: SetLaw) -> None:
+    def _set_law(self, peer: Peer, user: int, change: SetLaw, now: float) -> None:
         try:
-            self.room.set_law(user, change)
+            self.room.set_law(user, change, now)
         except ProtocolError as error:
             peer.session.fail(error)

@@ -8,7 +8,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
-from cohaptic.protocol.messages import Hello, ServerControl, UserJoined, UserLeft, Welcome
+from cohaptic.protocol.messages import (
+    Hello,
+    Recorded,
+    ServerControl,
+    UserJoined,
+    UserLeft,
+    Welcome,
+)
 from cohaptic.protocol.watch_messages import Watch
 from cohaptic.room_address import MAIN
 from cohaptic_server.access.admission import Admission
@@ -231,6 +238,8 @@ class SessionSetup:
         mesh = self.room.frames.touch_mesh() if hello.geometry == "mesh" else None
         changes = {"to_wall": to_wall, "session": token}
         session.accept(welcome.model_copy(update=changes), mesh)
+        if self.room.record is not None:
+            session.send(Recorded(on=True))
         sentence = f"{hello.name} joined with {hello.law.value}"
         outcome.say("joined", sentence, peer.source, user=hello.name)
         tell_others(self.peers, peer, joined, outcome)
@@ -250,6 +259,8 @@ class SessionSetup:
             self.room_admission.begin(peer, now, to_wall)
             if self.room.restrains:
                 watcher.send(self.room.restraints)
+            if self.room.record is not None:
+                watcher.send(Recorded(on=True))
             if administers(peer):
                 tell_put_out(self.room_admission.removed, [peer], now, outcome)
         except ProtocolError as error:

@@ -25,10 +25,12 @@ from cohaptic.clock import SystemClock
 from cohaptic.errors import CohapticError
 from cohaptic.runtime.interrupt import uninterrupted
 from cohaptic.runtime.scheduling import stand_back
+from cohaptic.sessions.entries import Asked, Solved
 from cohaptic_server.bodies.solid.column_store import Column
 from cohaptic_server.bodies.solid.green_columns import ColumnRequest, GreenColumns, columns_of
 from cohaptic_server.cholesky.factor import Factor
 from cohaptic_server.cholesky.factor_file import SharedFactor
+from cohaptic_server.room.input_record import ColumnRecord
 from cohaptic_server.shell.column_process import (
     Inbox,
     Task,
@@ -92,6 +94,7 @@ class ColumnWorker:
         self._asked: ColumnRequest | Future[bytes] | None = None
         self._blocks: deque[tuple[int, Future[bytes]]] = deque()  # one per waiting thread
         self._since_block = 0
+        self._record: ColumnRecord | None = None
         self._block = 0  # vertex of the last requested block
         self._ready = self._dead = False
         self._clock = SystemClock()
@@ -134,8 +137,14 @@ class ColumnWorker:
         stand_back(self._process.pid)
         self._theirs.close()
 
-    def pump(self) -> None:
-        """Deliver solved columns and request more, without blocking; called before each tick."""
+    def pump(self, record: ColumnRecord | None = None) -> None:
+        """Deliver solved columns and request more, without blocking; called before each tick.
+
+        Args:
+            record: Takes down when columns are asked for, and when they come; None where nothing
+                records the session.
+        """
+        self._record = record
         if self._dead:
             return
         if self._again < math.inf or self._starting is not None:
@@ -211,6 +220,8 @@ class ColumnWorker:
             asked.set_result(as_bytes(self._inbox.values)[:answer].tobytes())
         elif asked is not None:
             self._body.deliver(self._found(asked, answer))
+            if self._record is not None:
+                self._record(Solved)
 
     def _ask(self) -> None:
         if self._filling.is_alive():
@@ -225,6 +236,8 @@ class ColumnWorker:
             self._inbox.put_rows(rows)
             self._asked, self._since_block = request, self._since_block + 1
             self._pipe.send(Task(request.vertices.tolist(), len(rows)))
+            if self._record is not None:
+                self._record(Asked)
 
     def _found(self, request: ColumnRequest, count: int) -> list[Column]:
         """Return the solved columns of a request, as views of `count` values in shared memory."""

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from cohaptic_server.bodies.body import Body, elastic_of
+from cohaptic_server.room.input_record import ColumnRecord
 from cohaptic_server.shell.column_worker import ColumnWorker, HasColumns
 
 Solve = Callable[[int], bytes]  # finds a vertex's block of Green's functions for pages
@@ -68,10 +69,14 @@ class ServedBody:
         self._worker = worker
         return self.solve
 
-    def pump(self) -> None:
-        """Deliver solved columns and request missing ones; called before each tick."""
+    def pump(self, record: ColumnRecord | None = None) -> None:
+        """Deliver solved columns and request missing ones; called before each tick.
+
+        Args:
+            record: As for `ColumnWorker.pump`.
+        """
         if self._worker is not None:
-            self._worker.pump()
+            self._worker.pump(record)
 
     def stop(self) -> None:
         """End the process that solves for columns, if there is one."""

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import threading
 from concurrent.futures import Future
+from dataclasses import replace
 from types import TracebackType
 from typing import Any, NamedTuple, Self
 
@@ -53,7 +54,8 @@ class ServedRoom:
     def __init__(
         self, body: Body | str, settings: ServerSettings, protection: Protection | None = None
     ) -> None:
-        self.settings = settings
+        made = {"body": body} if isinstance(body, str) else {"class": _name_of(body)}
+        self.settings = replace(settings, made_from=made)
         self._protection = protection
         hz = settings.simulation_hz
         self._body = build_body(body, hz=hz) if isinstance(body, str) else body
@@ -184,6 +186,10 @@ class ServedRoom:
             # The matrix products of a tick are small: several threads would wait for the slowest.
             stack.enter_context(threadpool_limits(limits=1))
             await server.run(served.pump)
+
+
+def _name_of(body: Body) -> str:
+    return f"{type(body).__module__}:{type(body).__qualname__}"
 
 
 def serve(

@@ -28,6 +28,7 @@ from cohaptic.runtime.transport import tune
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.credentials.journal import Journal
 from cohaptic_server.process_memory import keep_what_there_is
+from cohaptic_server.room.input_record import ColumnRecord
 from cohaptic_server.room.latency import Data
 from cohaptic_server.room.peer import NOTHING, Outcome, Peer
 from cohaptic_server.room.room import Room
@@ -48,6 +49,7 @@ from cohaptic_server.shell.exchange import OBJECT_CHANGED, Exchange, Solve
 from cohaptic_server.shell.http import Web
 from cohaptic_server.shell.limiter import ConnectionLimiter, Protection
 from cohaptic_server.shell.listener import Listener, listen
+from cohaptic_server.shell.recordings import Recordings
 from cohaptic_server.shell.refusal import refuse_other_room
 from cohaptic_server.shell.wire import Wire, last_words
 
@@ -77,6 +79,7 @@ class CohapticServer:
         limiter: Admits connections, and limits the rates of each address.
         meters: Meters of the ticks since the start, or since other code assigned fresh meters.
         ending: Event that is set when the server begins to stop.
+        recordings: Records the session, from the beginning or as an administrator asks.
     """
 
     def __init__(
@@ -105,6 +108,7 @@ class CohapticServer:
             self.limiter.sources, self.protection.admission, room, keep
         )
         self.session_host = SessionHost(self.room, self.scene_broadcast, self.room_admission)
+        self.recordings = Recordings(self)
         self.meters = TickMeters()
         self._connections: dict[Peer, Connection] = {}
         self._listener: Listener | None = None
@@ -131,18 +135,21 @@ class CohapticServer:
             kept = await asyncio.to_thread(self._journal.open)
             self.room_admission.recall(kept, self.clock.now(), self.clock.to_wall())
         self.room.frames.prepare()
+        if self.settings.record:
+            await self.recordings.begin(self.settings.record)
         self._listener, url = await listen(
             self._handle, self.web.process, self.settings, self.limiter, self.protection.tls,
             acceptor, self._endpoints,
         )  # fmt: skip
         return url
 
-    async def run(self, before_tick: Callable[[], None] | None = None) -> None:
+    async def run(self, before_tick: Callable[[ColumnRecord | None], None] | None = None) -> None:
         """Run ticks until cancelled, then send every client the close and stop.
 
         Args:
             before_tick: Called before each tick, to deliver results that were computed outside the
-                tick; has to return quickly.
+                tick, with what takes down when columns of the body are asked for and come; None
+                where nothing records the session. It has to return quickly.
         """
         keep_what_there_is()
         period = self.settings.simulation_period
@@ -157,10 +164,11 @@ class CohapticServer:
                 await asyncio.sleep(max(0.0, due - self.clock.now()))
                 started = self.clock.now()
                 if before_tick is not None:
-                    before_tick()
+                    before_tick(self.recordings.columns)
                 written = self.tick()
                 self._count(monitor, left_out, due, started, written)
                 self._show(written)
+                self.recordings.after_tick()
                 self.limiter.report()
                 while self.sleeps:
                     due = await self._nap(due, before_tick)
@@ -173,7 +181,9 @@ class CohapticServer:
         """Whether ticks can be skipped unnoticed: no connection, no exchange, object at rest."""
         return self._exchange is None and not self.limiter.taken and self.session_host.sleeps
 
-    async def _nap(self, due: float, before_tick: Callable[[], None] | None) -> float:
+    async def _nap(
+        self, due: float, before_tick: Callable[[ColumnRecord | None], None] | None
+    ) -> float:
         """Sleep until a client connects, or for `NAP`; return when the newest tick was due [s].
 
         The ticks that passed during the sleep are counted. A new client finds the room as if it had
@@ -188,7 +198,7 @@ class CohapticServer:
         self.session_host.pass_over(ticks, now)
         self.meters.pass_over(ticks)
         if before_tick is not None:
-            before_tick()
+            before_tick(self.recordings.columns)
         self.limiter.report()
         return due
 
@@ -216,7 +226,8 @@ class CohapticServer:
     async def _carry_out_exchange(self, wanted: Exchange) -> None:
         self._open.clear()
         self.limiter.pause()
-        self._carry_out(self.session_host.stop(CloseCode.OBJECT_CHANGED, OBJECT_CHANGED))
+        await self.recordings.end("the object changes")
+        self.carry_out(self.session_host.stop(CloseCode.OBJECT_CHANGED, OBJECT_CHANGED))
         leaving = [connection.closed() for connection in self._connections.values()]
         await asyncio.gather(*leaving, return_exceptions=True)
         try:
@@ -252,7 +263,7 @@ class CohapticServer:
         now = self.web.ticked = self.clock.now()
         self.limiter.tick(now, thread_time())
         self.session_host.tick(now)
-        self._carry_out(self.session_host.serve(now))
+        self.carry_out(self.session_host.serve(now))
         return self.clock.now()
 
     def _count(
@@ -274,16 +285,18 @@ class CohapticServer:
         self.session_host.update_scene()
         for peer in watching:
             clear = self._connections[peer].clear
-            self._carry_out(self.session_host.show(peer, now, clear=clear))
-        self._carry_out(self.session_host.report_scene())
+            self.carry_out(self.session_host.show(peer, now, clear=clear))
+        self.carry_out(self.session_host.report_scene())
         self.meters.watch_cost.add(self.clock.now() - now)
 
-    def _carry_out(
+    def carry_out(
         self, outcome: Outcome, connections: Mapping[Peer, Connection] | None = None
     ) -> None:
+        """Carry out the tasks of an outcome; `connections` are those of an earlier body's room."""
         connections = self._connections if connections is None else connections
         for line in outcome.log:
             self.limiter.write(line)
+        self.recordings.take(outcome)
         for peer in outcome.delayed:
             connections[peer].apply_latency()
         for peer in outcome.flush:
@@ -382,7 +395,7 @@ class CohapticServer:
             connection.take_rest()
             del connections[peer]
             self.limiter.traffic.end(peer.session.close)
-            self._carry_out(session_host.disconnect(peer, reason), connections)
+            self.carry_out(session_host.disconnect(peer, reason), connections)
             await connection.closed()
 
     def _take(
@@ -391,20 +404,21 @@ class CohapticServer:
         """Handle one message, at the end of its injected delay."""
         outcome = session_host.receive(connection.peer, data, arrived, self.clock.to_wall())
         if outcome is not NOTHING:
-            self._carry_out(outcome)
+            self.carry_out(outcome)
 
     async def _send_mesh(self, connection: Connection) -> None:
         """Send the mesh at rest, then the scene; only the handler of this peer waits for them."""
         peer = connection.peer
         taken = await connection.send_whole(self.session_host.begin_mesh(peer), MESH_TIMEOUT)
         now, clear = self.clock.now(), connection.clear
-        self._carry_out(self.session_host.finish_mesh(peer, now, taken=taken, clear=clear))
+        self.carry_out(self.session_host.finish_mesh(peer, now, taken=taken, clear=clear))
 
     async def stop(self) -> None:
         """Close all connections and the port; `run` does so when it ends."""
         self.web.close()
-        self._carry_out(self.session_host.stop())
+        self.carry_out(self.session_host.stop())
         self.limiter.report(after=0.0)
+        await self.recordings.close()
         if self._listener is not None:
             self._listener.close()
             try:

@@ -28,7 +28,9 @@ from cohaptic.protocol.websocket_frames import (
     BINARY,
     END_OF_HEAD,
     KEY,
+    SMALL,
     begins_message,
+    is_medium_masked,
     is_small_masked,
     make_frame,
     mask,
@@ -45,14 +47,23 @@ from cohaptic_server.shell.limiter import ConnectionLimiter
 MAX_FRAMES = 2048
 
 
+_BINARY = bytes((BINARY,))
+
+
 def is_small_binary(frame: bytes) -> bool:
     """Whether a client's frame is a whole binary message of less than 126 bytes."""
     return is_small_masked(frame) and frame[0] == BINARY
 
 
+def is_medium_binary(frame: bytes) -> bool:
+    """Whether a client's frame is a whole binary message of 126 bytes or more, such as rows."""
+    return frame[:1] == _BINARY and is_medium_masked(frame)
+
+
 def unmask(frame: bytes) -> bytes:
-    """Return the payload of a client's frame that passed `is_small_binary`."""
-    return mask(frame[2 + KEY :], frame[2 : 2 + KEY])
+    """Return the payload of a client's frame that passed one of the two functions above."""
+    head = 4 if frame[1] & 0x7F == SMALL else 2
+    return mask(frame[head + KEY :], frame[head : head + KEY])
 
 
 class ClientStream:
@@ -291,7 +302,8 @@ class Wire(ServerConnection):
             self._meter = self._limiter.meter()
         for piece in pieces:
             # No earlier message may still wait when a sample is delivered at once.
-            if self.deliver is not None and not self._waiting and is_small_binary(piece):
+            is_whole = is_small_binary(piece) or is_medium_binary(piece)
+            if self.deliver is not None and not self._waiting and is_whole:
                 if self.state is State.OPEN:
                     self.deliver(piece)
                     continue
@@ -304,23 +316,26 @@ class Wire(ServerConnection):
         if self._stream.flooded:
             limit = f"at most {MAX_FRAMES}"
             return RemoteProtocolError("frames in one read", "more", limit, CloseCode.TOO_MANY)
-        samples = texts = beats = 0
+        samples = rows = texts = beats = 0
         for piece in pieces[1:] if in_head else pieces:
             if piece and piece[0] & _CONTROL:
                 beats += 1
             elif is_small_binary(piece):
                 samples += 1
+            elif is_medium_binary(piece):
+                rows += 1
             else:
                 texts += 1
         # The handler limits the rate of a file's pieces, so that no rate limit applies to them.
-        texts = 0 if self._brings_files else texts
+        if self._brings_files:
+            rows = texts = 0
         if beats and self.unsent() > MAX_UNREAD_BYTES:
             limit = f"at most {MAX_UNREAD_BYTES:,}"
             return RemoteProtocolError("bytes not read", "more", limit, CloseCode.TOO_SLOW)
         if in_head and self._stream.opened and self._head_due is not None:
             self._head_due.cancel()
         now = self._now()
-        error = self._meter.read(samples, texts, beats, now)
+        error = self._meter.read(samples, rows, texts, beats, now)
         return error or (self._limiter.sources.say(self.source, texts, now) if texts else None)
 
     def _stop_hearing(self, error: ProtocolError) -> None:

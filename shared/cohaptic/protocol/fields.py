@@ -23,6 +23,7 @@ class FrameKind(IntEnum):
     REST_MESH = 3
     SCENE = 4
     ACK = 5
+    ROWS = 6
 
 
 class Field(NamedTuple):

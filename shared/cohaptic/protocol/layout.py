@@ -405,10 +405,27 @@ ACK: Final = Layout(
     Frame(FrameKind.ACK, "client that watches to server", "0"),
 )  # fmt: skip
 
+ROWS: Final = Layout(
+    "rows",
+    "Rows of the client's haptic loop, while the session is recorded.",
+    (
+        Field("count", "u16", 1, "", "number of rows", "1..64"),
+        Field(
+            "lost", "u32", 1, "", "rows that were left out since the last batch, as the link was "
+            "busy",
+        ),
+        Field("to_server", "f64", 1, "s", "the server's clock less the client's", "+-1e9"),
+        Field("error", "f64", 1, "s", "bound on its error", ">= 0"),
+        Field("round_trip", "f32", 1, "s", "mean round trip", ">= 0"),
+        Field("jitter", "f32", 1, "s", "mean deviation from it", ">= 0"),
+    ),
+    Frame(FrameKind.ROWS, "client to server", "0"),
+)  # fmt: skip
+
 LAYOUTS: Final = (
     CONTACT_SAMPLE, ANCHOR, DEFLECTION, OWN_MODEL,
     PATCH, COMPLIANCE, PARTNERS, PARTNER, COUPLED, NEIGHBOURHOOD, NEIGHBOUR,
     REST_MESH, VERTEX, FACE, BOX,
     SCENE, USER, SURFACE,
-    ACK,
+    ACK, ROWS,
 )  # fmt: skip

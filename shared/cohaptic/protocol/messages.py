@@ -1,7 +1,8 @@
 """Handshake and control messages as JSON text: rare events, sent in order and never dropped.
 
-client -> server    hello, come, set_name, set_law, bye
-server -> client    place, called, welcome, named, user_joined, user_left, restraints, error
+client -> server    hello, come, set_name, set_law, mark, bye
+server -> client    place, called, welcome, named, user_joined, user_left, restraints, recorded,
+                    error
 
 `watch_messages.py` has the further messages of a connection that only watches.
 """
@@ -14,6 +15,9 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import (
     Field,
     SerializerFunctionWrapHandler,
+    StrictBool,
+    StrictFloat,
+    StrictInt,
     TypeAdapter,
     ValidationError,
     model_serializer,
@@ -51,6 +55,10 @@ Key = Annotated[str, Field(min_length=16, max_length=64, pattern=r"^[!-~]+$")]
 
 # A signed token; the server decides whether it is valid.
 Token = Annotated[str, Field(min_length=1, max_length=MAX_TOKEN, pattern=r"^[!-~]+$")]
+
+MAX_MARK_FIELDS = 16
+MAX_MARK_AGE = 60.0  # s; a mark that waited for longer, on a lost link, would be a guess
+MarkText = Annotated[str, Field(min_length=1, max_length=200)]
 
 Coordinate = Annotated[float, Field(ge=-MAX_POSITION, le=MAX_POSITION)]  # [m]
 # Coordinate in the frame of a file [m]; no object lies farther from its origin than 1e7 times its
@@ -275,6 +283,34 @@ class Restraints(ControlMessage):
     muted: tuple[int, ...] = ()
 
 
+class Recorded(ControlMessage):
+    """Whether the session is recorded from now on; sent at changes, and to new clients if it is.
+
+    Args:
+        on: Whether it is recorded. A client may then send rows of its loop and marks.
+    """
+
+    type: Literal["recorded"] = "recorded"
+    on: bool
+
+
+class Mark(ControlMessage):
+    """Set a mark in the recording, such as the begin of a trial; no effect where nothing records.
+
+    Args:
+        text: Text of the mark.
+        fields: Further values.
+        ago: Time since the marked moment [s].
+    """
+
+    type: Literal["mark"] = "mark"
+    text: MarkText
+    fields: dict[MarkText, MarkText | StrictBool | StrictInt | StrictFloat | None] = Field(
+        default={}, max_length=MAX_MARK_FIELDS
+    )
+    ago: float = Field(default=0.0, ge=0.0, le=MAX_MARK_AGE)
+
+
 class Error(ControlMessage):
     """Reason why the server ends this session; the close of the connection follows.
 
@@ -298,8 +334,10 @@ class Error(ControlMessage):
         return cls(code=error.code.value, field=field, message=str(error))
 
 
-ClientControl = Hello | Come | SetName | SetLaw | Bye
-ServerControl = Place | Called | Welcome | Named | UserJoined | UserLeft | Restraints | Error
+ClientControl = Hello | Come | SetName | SetLaw | Mark | Bye
+ServerControl = (
+    Place | Called | Welcome | Named | UserJoined | UserLeft | Restraints | Recorded | Error
+)
 
 _CLIENT: TypeAdapter[ClientControl] = TypeAdapter(
     Annotated[ClientControl, Field(discriminator="type")]

@@ -93,7 +93,7 @@ def check_counts(n: int, m: int, *, remote: bool) -> None:
     check_range("faces of a rest mesh", m, 1, MAX_FACES, remote=remote)
 
 
-def inflate(deflated: bytes, size: int) -> bytes:
+def inflate(deflated: bytes, size: int, of: str = "a rest mesh") -> bytes:
     """The inflated bytes; raises RemoteProtocolError unless they are exactly `size` bytes.
 
     At most one byte more than `size` is inflated, to bound the memory.
@@ -103,8 +103,8 @@ def inflate(deflated: bytes, size: int) -> bytes:
         # One byte more than expected detects a longer stream.
         raw = stream.decompress(deflated, size + 1)
     except zlib.error as error:
-        raise RemoteProtocolError("content of a rest mesh", str(error), "a zlib stream") from error
+        raise RemoteProtocolError(f"content of {of}", str(error), "a zlib stream") from error
     if len(raw) != size or not stream.eof or stream.unused_data:
         size_found = "more" if len(raw) > size or stream.unused_data else len(raw)
-        raise RemoteProtocolError("inflated size of a rest mesh", size_found, f"{size} bytes")
+        raise RemoteProtocolError(f"inflated size of {of}", size_found, f"{size} bytes")
     return raw

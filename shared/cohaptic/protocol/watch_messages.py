@@ -38,7 +38,9 @@ from cohaptic.protocol.messages import (
     Come,
     Error,
     Hello,
+    Mark,
     Period,
+    Recorded,
     Restraints,
     RoomUser,
     SetLaw,
@@ -61,8 +63,9 @@ MAX_PUT_OUT = 64  # banned names in one message to an administrator
 
 EncodingName = Literal["frames", "forces"]
 ModerationName = Literal[
-    "mute", "unmute", "kick", "ban", "unban", "freeze", "unfreeze", "reset", "force_budget"
-]
+    "mute", "unmute", "kick", "ban", "unban", "freeze", "unfreeze", "reset", "force_budget",
+    "record", "end_recording",
+]  # fmt: skip
 MeshForm = Literal["exact", "quantised"]
 Rate = Annotated[float, Field(ge=1.0, le=MAX_RATE)]
 Model = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
@@ -127,6 +130,8 @@ class SetLatency(ControlMessage):
 class Moderate(ControlMessage):
     """Ask for an administrator's action in the room; refused unless the token grants roomAdmin.
 
+    For `record` and `end_recording` the grant roomRecord is enough.
+
     Args:
         user: Number of the user concerned; ignored if that user is not in the room.
         force: For `force_budget`: largest sum of all users' forces that the body gets [N]; None for
@@ -157,6 +162,7 @@ class Watching(WithSecrets):
         allow_upload: Whether a page on the server's machine may upload its own object.
         can_touch: Whether this client's token also allows it to touch.
         room_admin: Whether this client may send `moderate`.
+        can_record: Whether this client may record the room.
         session: As in a welcome.
     """
 
@@ -172,6 +178,7 @@ class Watching(WithSecrets):
     allow_upload: bool = False
     can_touch: bool = True
     room_admin: bool = False
+    can_record: bool = False
     session: Token | None = Field(default=None, repr=False)
 
 
@@ -218,10 +225,10 @@ class PutOut(ControlMessage):
     names: Annotated[tuple[Name, ...], Field(max_length=MAX_PUT_OUT)]
 
 
-WatchRequest = SetView | SetLatency | Moderate | Present | Follow | Aim | Point
-ClientMessage = Hello | Come | SetName | SetLaw | Bye | Watch | WatchRequest
+WatchRequest = SetView | SetLatency | Moderate | Mark | Present | Follow | Aim | Point
+ClientMessage = Hello | Come | SetName | SetLaw | Mark | Bye | Watch | WatchRequest
 WatchControl = (
-    Watching | UserJoined | UserLeft | Restraints | Latency | Moderated | PutOut
+    Watching | UserJoined | UserLeft | Restraints | Recorded | Latency | Moderated | PutOut
     | Company | Aimed | Pointed | Declined | Error
 )  # fmt: skip
 

@@ -74,6 +74,12 @@ def mask(data: bytes, key: bytes) -> bytes:
     return masked.to_bytes(size, "little")
 
 
+def is_medium_masked(data: bytes) -> bool:
+    """Whether the bytes are exactly one masked frame with a payload of 126 to 65,535 bytes."""
+    size = len(data) - _MEDIUM.size - KEY
+    return size >= SMALL and data[1] == _MASKED | SMALL and data[2:4] == size.to_bytes(2, "big")
+
+
 def begins_message(frame: bytes) -> bool:
     """Whether a frame is the first (perhaps the only) frame of a text or binary message."""
     return bool(frame) and frame[0] & 0x0F in (TEXT & 0x0F, BINARY & 0x0F)

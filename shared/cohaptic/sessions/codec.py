@@ -1,7 +1,7 @@
 """Entries as the messages of their channels, and back. Functions of bytes.
 
 Rows are turned into columns, since a column is compressed to half of what its rows are, and since
-32 bits suffice for all but a few of them (`schemas.EXACT`); both together save half of the file.
+32 bits suffice for all but a few of them (`status.row.EXACT`); both together save half of the file.
 """
 
 from __future__ import annotations
@@ -31,9 +31,10 @@ from cohaptic.sessions.entries import (
     Ticked,
     Written,
 )
-from cohaptic.sessions.schemas import BY_ENTRY, CHANNELS, EXACT, Channel, adapter
+from cohaptic.sessions.schemas import BY_ENTRY, CHANNELS, Channel, adapter
 from cohaptic.sessions.wire import decode as decode_message
 from cohaptic.sessions.wire import encode as encode_message
+from cohaptic.status.row import EXACT
 
 Floats = npt.NDArray[np.float64]
 _MAX_WALL = 8e9  # s; the index of an MCAP file ends in the year 2262

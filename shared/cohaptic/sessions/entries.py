@@ -134,6 +134,20 @@ class BodyReset:
 
 
 @dataclass(frozen=True, slots=True)
+class Asked:
+    """Input: at a time [s] the server asked for the columns that the body lacked."""
+
+    t: float
+
+
+@dataclass(frozen=True, slots=True)
+class Solved:
+    """Input: at a time [s] the columns came for which the last `Asked` asked."""
+
+    t: float
+
+
+@dataclass(frozen=True, slots=True)
 class Patched:
     """Output: a patch for a user.
 
@@ -165,7 +179,8 @@ class Shown:
     Args:
         t: Time of the tick [s].
         tick: Number of the tick.
-        frame: Bytes of the scene without its surface, as in `docs/protocol.md`.
+        frame: Bytes of the scene, as in `docs/protocol.md`; with its surface now and then for a
+            body whose deformation does not follow from the forces of the moment.
     """
 
     t: float
@@ -282,6 +297,7 @@ class Damage:
 
 Input = (
     Joined | Left | LawSet | Heard | Ticked | PassedOver | Restrained | BudgetSet | BodyReset
+    | Asked | Solved
 )  # fmt: skip
 Output = Patched | Mesh | Shown
 Written = SessionInfo | Input | Output | Rows | RowsLost | Link | Mark | Happened | LeftOut

@@ -15,6 +15,8 @@ Frames of our wire protocol stay the bytes that they were, in a field `frame`.
     /room/restrained    Restrained  json
     /room/budget        BudgetSet   json
     /room/reset         BodyReset   json
+    /room/asked         Asked       json
+    /room/solved        Solved      json
     /room/patch         Patched     protobuf    frame: a patch
     /room/mesh          Mesh        protobuf    frame: a resting mesh
     /room/scene         Shown       protobuf
@@ -35,6 +37,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cohaptic.sessions.entries import (
+    Asked,
     BodyReset,
     BudgetSet,
     Happened,
@@ -53,6 +56,7 @@ from cohaptic.sessions.entries import (
     RowsLost,
     SessionInfo,
     Shown,
+    Solved,
     Ticked,
     Written,
 )
@@ -100,10 +104,6 @@ LINK = Message(
         Field(6, "clock_error", Kind.DOUBLE),
     ),
 )
-
-# Columns that 32 bits do not hold: a clock's time of days to the microsecond, ticks above 2^24,
-# and bits. The others are measured or computed to fewer digits than the 7 of 32 bits.
-EXACT = frozenset({"t", "tick", "reason"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,6 +155,8 @@ CHANNELS = (
     Channel(Restrained, "/room/restrained"),
     Channel(BudgetSet, "/room/budget"),
     Channel(BodyReset, "/room/reset"),
+    Channel(Asked, "/room/asked"),
+    Channel(Solved, "/room/solved"),
     Channel(Patched, "/room/patch", PATCHED),
     Channel(Mesh, "/room/mesh", MESH),
     Channel(Shown, "/room/scene", SHOWN),

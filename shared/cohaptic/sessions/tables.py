@@ -38,8 +38,7 @@ from cohaptic.sessions.entries import (
     SessionInfo,
 )
 from cohaptic.sessions.reader import Outline, read_entries
-from cohaptic.sessions.schemas import EXACT
-from cohaptic.status.row import COLUMNS
+from cohaptic.status.row import COLUMNS, EXACT
 
 Floats = npt.NDArray[np.float64]
 Table = Any  # A pandas.DataFrame, which has no types of its own.

@@ -114,6 +114,9 @@ class Row(NamedTuple):
 
 
 COLUMNS = Row._fields
+# Columns that 32 bits do not hold: a clock's time of days to the microsecond, ticks above 2^24,
+# and bits. The others are measured or computed to fewer digits than the 7 of 32 bits.
+EXACT = frozenset({"t", "tick", "reason"})
 ROW = struct.Struct(f"<{len(COLUMNS)}d")  # a row in memory: 64-bit numbers in the order of `Row`
 
 

@@ -61,10 +61,10 @@ def test_fixed_gains_need_leave_and_are_then_what_patches_carry(small_balloon: B
     user = enter(lenient, "left")
     lenient.sample(user, sample(), 0.0)
     chosen = lenient.tick(0.0)[user]
-    lenient.set_law(user, SetLaw(law=Law.PI, fixed_gains=asked))
+    lenient.set_law(user, SetLaw(law=Law.PI, fixed_gains=asked), 0.0)
     patch = lenient.tick(0.02)[user]
     assert (patch.law, patch.k_h, patch.integral_gain) == (Law.PI, 123.0, 456.0)
-    lenient.set_law(user, SetLaw(law=Law.PREDICTIVE))
+    lenient.set_law(user, SetLaw(law=Law.PREDICTIVE), 0.0)
     assert lenient.tick(0.04)[user].k_h == pytest.approx(chosen.k_h, rel=1e-6)
 
 
@@ -74,7 +74,7 @@ def test_a_full_room_is_refused_with_its_limit(small_balloon: Balloon) -> None:
     with pytest.raises(RemoteProtocolError, match="users is 3; expected at most 2") as caught:
         enter(here, "third")
     assert caught.value.code is CloseCode.ROOM_FULL
-    here.leave(numbers[0])
+    here.leave(numbers[0], 0.0)
     assert enter(here, "third") not in numbers
 
 
@@ -94,7 +94,7 @@ def test_a_silent_user_keeps_its_name_for_a_while_and_no_longer(
     assert welcome.users == ()
     assert set(here.members) == {welcome.user}
     # The end of the old connection is then no news any more.
-    assert here.leave(old) is None
+    assert here.leave(old, 0.0) is None
 
 
 def test_a_name_with_a_secret_goes_to_nobody_else_however_long_its_owner_is_silent(
@@ -119,12 +119,12 @@ def test_the_name_of_a_lost_connection_is_kept_for_its_owner_and_not_for_ever(
     mine = hello("left").model_copy(update={"key": "a" * 16})
     for owner, source in ((mine, "elsewhere"), (hello("left"), "home")):
         here = room(small_balloon)
-        here.leave(here.join(mine, 0.0, "home")[0].user, lost=1.0)
+        here.leave(here.join(mine, 0.0, "home")[0].user, 1.0, lost=True)
         with pytest.raises(RemoteProtocolError, match=r"kept for 30 s for one whose"):
             here.join(hello("left"), 1.0 + KEPT_FOR - 30.0, "elsewhere")
         assert here.join(owner, 1.0 + KEPT_FOR - 30.0, source)[2] == ()
     here = room(small_balloon)
-    here.leave(here.join(mine, 0.0, "home")[0].user, lost=1.0)
+    here.leave(here.join(mine, 0.0, "home")[0].user, 1.0, lost=True)
     assert here.join(hello("left"), 1.0 + KEPT_FOR, "elsewhere")[2] == ()
 
 
@@ -134,14 +134,14 @@ def test_the_seat_of_a_lost_connection_is_kept_for_its_owner_and_not_for_long(
     here = room(small_balloon, max_users=2)
     mine = hello("left").model_copy(update={"key": "a" * 16})
     here.join(hello("right"), 0.0, "there")
-    here.leave(here.join(mine, 0.0, "home")[0].user, lost=20.0)
+    here.leave(here.join(mine, 0.0, "home")[0].user, 20.0, lost=True)
     with pytest.raises(RemoteProtocolError, match=r"1 of them kept .* try again") as caught:
         here.join(hello("third"), 20.0 + 0.9 * SEAT_KEPT_FOR, "there")
     assert caught.value.code is CloseCode.ROOM_FULL
     back = here.join(mine, 20.0 + 0.9 * SEAT_KEPT_FOR, "elsewhere")[0].user
     with pytest.raises(RemoteProtocolError, match=r"at most 2; you can"):
         here.join(hello("third"), 35.0, "there")
-    here.leave(back, lost=60.0)
+    here.leave(back, 60.0, lost=True)
     here.join(hello("third"), 60.0 + SEAT_KEPT_FOR, "there")
     with pytest.raises(RemoteProtocolError):
         here.join(mine, 60.0 + SEAT_KEPT_FOR, "elsewhere")
@@ -151,7 +151,7 @@ def test_who_comes_and_vanishes_by_many_names_keeps_nobody_out(small_balloon: Ba
     here = room(small_balloon, max_users=4)
     for k in range(40):
         now = 0.1 * k
-        here.leave(here.join(hello(f"bad{k}"), now, "bad")[0].user, lost=now + 0.05)
+        here.leave(here.join(hello(f"bad{k}"), now, "bad")[0].user, now + 0.05, lost=True)
     for k in range(4):
         here.join(hello(f"good{k}"), 4.0, "good")
 
@@ -159,8 +159,8 @@ def test_who_comes_and_vanishes_by_many_names_keeps_nobody_out(small_balloon: Ba
 def test_who_leaves_is_named_once_with_the_reason(small_balloon: Balloon) -> None:
     here = room(small_balloon)
     user = enter(here, "left")
-    assert here.leave(user, "bye") == UserLeft(user=user, name="left", reason="bye")
-    assert here.leave(user, "bye") is None
+    assert here.leave(user, 0.0, "bye") == UserLeft(user=user, name="left", reason="bye")
+    assert here.leave(user, 0.0, "bye") is None
 
 
 @given(st.lists(st.tuples(st.sampled_from("abc"), st.booleans()), max_size=30))
@@ -174,7 +174,7 @@ def test_numbers_are_never_used_twice(
             holders[name] = enter(here, name)
             given_out.append(holders[name])
         elif not comes and name in holders:
-            here.leave(holders.pop(name))
+            here.leave(holders.pop(name), 0.0)
     assert len(set(given_out)) == len(given_out)
     assert set(here.members) == set(holders.values())
 
@@ -190,7 +190,7 @@ def test_a_patch_comes_for_each_user_from_its_first_sample_on(small_balloon: Bal
     assert patches[left].sample_wait == pytest.approx(0.01)
     here.sample(right, sample(1), 0.03)
     assert set(here.tick(0.04)) == {left, right}
-    here.leave(left)
+    here.leave(left, 0.0)
     assert set(here.tick(0.06)) == {right}
 
 
@@ -269,7 +269,7 @@ def test_ticks_count_one_by_one_whatever_happens_between_them(
         if event == 0 and len(users) < 8:
             users.append(enter(here, f"user{number}", now))
         elif event == 1 and users:
-            here.leave(users.pop(0))
+            here.leave(users.pop(0), 0.0)
         elif users:
             here.sample(users[event % len(users)], sample(number), now)
         patches = here.tick(now)
@@ -308,7 +308,7 @@ def test_after_a_rest_a_newcomer_begins_as_in_a_room_that_never_rested(
         here = room(small_balloon)
         here.tick(0.0)
         if rests:
-            here.pass_over(600)
+            here.pass_over(600, 0.0)
         else:
             here.tick(10.0 - 1.0 / 60.0)
         user = enter(here, "ann", 10.0)

@@ -8,11 +8,11 @@
 import type { Vec3 } from "../model/vec";
 import { getFloat16, getVec, setVec } from "./numbers";
 
-export const PROTOCOL_VERSION = 5;
-export const SUBPROTOCOL = "cohaptic.v5";
+export const PROTOCOL_VERSION = 6;
+export const SUBPROTOCOL = "cohaptic.v6";
 
 /** Second byte of every binary frame. */
-export const Kind = { contact_sample: 1, patch: 2, rest_mesh: 3, scene: 4, ack: 5 } as const;
+export const Kind = { contact_sample: 1, patch: 2, rest_mesh: 3, scene: 4, ack: 5, rows: 6 } as const;
 export const HEAD_SIZE = 4;
 
 export const MAX_POSITION = 10; // m
@@ -426,4 +426,28 @@ export interface AckFields {
 export function writeAckFields(view: DataView, fields: AckFields): void {
   view.setUint32(4, fields.tick, true);
   view.setUint8(8, fields.wants);
+}
+
+export const ROWS_SIZE = 34;
+export const ROWS_AT = { count: 4, lost: 6, to_server: 10, error: 18, round_trip: 26, jitter: 30 } as const;
+
+/** Rows of the client's haptic loop, while the session is recorded. */
+export interface RowsFields {
+  /** number of rows; 1..64 */ readonly count: number;
+  /** rows that were left out since the last batch, as the link was busy */ readonly lost: number;
+  /** the server's clock less the client's [s]; +-1e9 */ readonly to_server: number;
+  /** bound on its error [s]; >= 0 */ readonly error: number;
+  /** mean round trip [s]; >= 0 */ readonly round_trip: number;
+  /** mean deviation from it [s]; >= 0 */ readonly jitter: number;
+}
+
+export function readRowsFields(view: DataView): RowsFields {
+  return {
+    count: view.getUint16(4, true),
+    lost: view.getUint32(6, true),
+    to_server: view.getFloat64(10, true),
+    error: view.getFloat64(18, true),
+    round_trip: view.getFloat32(26, true),
+    jitter: view.getFloat32(30, true),
+  };
 }

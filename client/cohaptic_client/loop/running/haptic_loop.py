@@ -163,8 +163,7 @@ class HapticLoop:
         self._chain = chain_with(rules)
         self._intake = Intake(memory.patch, self._settings.surface)
         self.statistics = Statistics()
-        if config.every_row:
-            memory.rows.prepare()
+        memory.rows.prepare()
         self._started = self._clock.now()
         self._heard = self._started
         self._ends = math.inf
@@ -254,7 +253,8 @@ class HapticLoop:
         command, commanded = self._memory.command.read(), False
         if command is not None:
             self._heard = now
-            _, commanded, acknowledged = COMMAND.unpack(command)
+            _, commanded, every_row, acknowledged = COMMAND.unpack(command)
+            self._every_row = every_row
             if acknowledged != self._acknowledged:
                 self._acknowledged = acknowledged
                 self._state = self._state.acknowledged()

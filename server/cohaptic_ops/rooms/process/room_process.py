@@ -46,6 +46,7 @@ from cohaptic_ops.rooms.process.reports import (
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.credentials.reloading import reload_changed
 from cohaptic_server.logs import LogStyle, set_up_log
+from cohaptic_server.room.input_record import ColumnRecord
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.limiter import Protection
@@ -216,17 +217,19 @@ class _Room:
             again.cancel()
             served.stop()
 
-    def _before_tick(self, pump: Callable[[], None]) -> Callable[[], None]:
+    def _before_tick(
+        self, pump: Callable[[ColumnRecord | None], None]
+    ) -> Callable[[ColumnRecord | None], None]:
         """Return a function that ends a room before the first tick for which it has no lease.
 
         A paused room that wakes up may have a successor by then, and its users are there.
         """
 
-        def before() -> None:
+        def before(record: ColumnRecord | None) -> None:
             late = MACHINE.now() - self.until
             if late > 0.0:
                 raise _NoLeaseError(f"its lease has run out {late:.1f} s ago")
-            pump()
+            pump(record)
 
         return before
 

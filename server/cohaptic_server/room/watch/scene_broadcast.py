@@ -262,6 +262,7 @@ class SceneBroadcast:
                 allow_upload=settings.allow_upload,
                 can_touch=grants.can_touch,
                 room_admin=grants.room_admin,
+                can_record=grants.may_record and bool(settings.recordings),
                 session=session,
             )
         )

@@ -18,7 +18,7 @@ from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.control.company import Aim, Follow, Point, Present
 from cohaptic.protocol.control.message import ControlMessage
-from cohaptic.protocol.messages import Error, encode_control
+from cohaptic.protocol.messages import Error, Mark, encode_control
 from cohaptic.protocol.watch_messages import (
     Latency,
     MeshForm,
@@ -75,7 +75,7 @@ DROPPED_AFTER = 10.0  # s behind, after which a watcher is disconnected
 # s without a scene; a page reports silence after twice this time, so that one scene may be late.
 SIGN_OF_LIFE = 0.5
 _MAX_LATENCIES = 64  # most users of a room
-_REQUESTS: tuple[type[WatchRequest], ...] = (SetView, SetLatency, Moderate)
+_REQUESTS: tuple[type[WatchRequest], ...] = (SetView, SetLatency, Moderate, Mark)
 _COMPANY: tuple[type[WatchRequest], ...] = (Present, Follow, Aim, Point)
 
 

@@ -70,7 +70,7 @@ class Parent:
 
     def command(self, *, stop: bool) -> None:
         self.beats += 1
-        self.memory.command.write(COMMAND.pack(self.beats, stop, 0))
+        self.memory.command.write(COMMAND.pack(self.beats, stop, self.config.every_row, 0))
 
     def stop_after(self, periods: int) -> Callable[[int], None]:
         return lambda reads: self.command(stop=True) if reads == periods else None

@@ -1,0 +1,172 @@
+"""A session that a server records: from the inputs of its room to the scenes of its watchers.
+
+What a tick adds is written after its patches, so that nobody waits for it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import struct
+from pathlib import Path
+
+from pydantic_core import to_jsonable_python
+
+from cohaptic import __version__
+from cohaptic.errors import LocalProtocolError, OutputError
+from cohaptic.protocol.messages import Mark as MarkMessage
+from cohaptic.protocol.rows import RowBatch
+from cohaptic.protocol.scene import encode_scene
+from cohaptic.protocol.scene_surface import FINEST, Surface
+from cohaptic.protocol.traversal import Traversal
+from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.sessions.entries import (
+    Happened,
+    Link,
+    Mark,
+    Mesh,
+    Patched,
+    Rows,
+    RowsLost,
+    SessionInfo,
+    Shown,
+)
+from cohaptic.sessions.recorder import SessionRecorder
+from cohaptic.status.row import columns_with
+from cohaptic_server.room.body_frames import describe
+from cohaptic_server.room.peer import LogLine
+from cohaptic_server.room.room import Room
+from cohaptic_server.room.watch.scene_broadcast import displacement, records
+from cohaptic_server.world.users import is_at_rest
+
+_TIME = struct.Struct("<d")  # the first number of a row
+_MAX_AGE = 60.0  # s of rows that a stall has held up
+_LINK = 1.0  # s between two records of the state of a link
+_STILL = 0.5  # s between two scenes of a body at rest, as for a page that watches
+# s between two scenes with the surface, of a body whose surface is not in its contacts: a page
+# draws what lies between two, and a body of 10,000 vertices takes 20 kB each time.
+_SURFACE = 1.0 / 15.0
+# Lines of the log of which the inputs of the room tell more.
+_KNOWN = frozenset({"joined", "left"})
+
+
+class Recording:
+    """A recording in progress.
+
+    Args:
+        recorder: Writes the file.
+        room: Room that is recorded.
+        follows: Whether the surface of the body follows from the contacts of the moment.
+        now: Time [s].
+    """
+
+    def __init__(self, recorder: SessionRecorder, room: Room, now: float, *, follows: bool) -> None:
+        self.recorder = recorder
+        self._room = room
+        self._linked: dict[int, float] = {}  # time of the last record of a user's link [s]
+        self._traversal = None if follows else _traversal(room)
+        self._shown = self._with_surface = -_STILL
+        if room.frames.has_rest_mesh:
+            recorder.add(Mesh(now, room.frames.shown_mesh()))
+
+    @property
+    def path(self) -> Path:
+        """Path of the file."""
+        return self.recorder.path
+
+    def after_tick(self, now: float) -> None:
+        """Add what a tick has made.
+
+        Args:
+            now: Time of the tick [s].
+        """
+        room, tick = self._room, self._room.world.tick
+        for user, patch in room.patches.items():
+            try:
+                self.recorder.add(Patched(now, tick, user, patch.encode()))
+            except LocalProtocolError:  # out of the range of the wire: the user has not got it
+                continue
+        if not room.world.users and is_at_rest(room.world) and now - self._shown < _STILL:
+            return
+        self._shown = now
+        try:
+            self.recorder.add(Shown(now, tick, self._scene(now)))
+        except LocalProtocolError:  # as for a patch
+            pass
+
+    def _scene(self, now: float) -> bytes:
+        world, tail = self._room.world, b""
+        if self._traversal is not None and now - self._with_surface >= _SURFACE:
+            self._with_surface = now
+            shape = displacement(world, len(self._room.body.mesh.vertices))
+            tail = Surface.of(shape, FINEST).encode(self._traversal)
+        users = b"".join(record.encode() for record in records(world, self._room.patches))
+        return encode_scene(world.tick, now, world.room, users, tail)
+
+    def note(self, line: LogLine, now: float) -> None:
+        """Add a line of the log as an event, unless the room's inputs tell of it."""
+        if line.event and line.event not in _KNOWN:
+            numbers = {m.hello.name: m.user for m in self._room.members.values()}
+            self.recorder.add(Happened(now, line.event, numbers.get(line.user), line.text))
+
+    def mark(self, mark: MarkMessage, by: int | None, now: float) -> None:
+        """Add a mark that a user, or somebody who watches, has set."""
+        self.recorder.add(Mark(now - mark.ago, mark.text, mark.fields, by))
+
+    def rows(self, batch: RowBatch, user: int, now: float) -> None:
+        """Add rows of a user's loop, and how many of them are missing."""
+        (t,) = _TIME.unpack_from(batch.block)
+        lost, clock, at = batch.lost, batch.clock, t + batch.clock.to_server
+        # A clock is what its client says, and nobody's file has rows of another day for that.
+        if not abs(now - at) <= _MAX_AGE:
+            lost, at = lost + batch.count, now
+        else:
+            columns, error = self._columns_of(user), min(clock.error, _MAX_AGE)
+            self.recorder.add(Rows(at, user, columns, batch.block, clock.to_server, error))
+            if now - self._linked.get(user, -_LINK) >= _LINK:
+                self._linked[user] = now
+                self.recorder.add(
+                    Link(now, user, clock.round_trip, clock.jitter, clock.to_server, error)
+                )
+        if lost:
+            self.recorder.add(RowsLost(at, user, lost))
+
+    def _columns_of(self, user: int) -> tuple[str, ...]:
+        member = self._room.members.get(user)
+        rules = None if member is None else member.hello.rules
+        return columns_with(() if rules is None else rules.added)
+
+    async def end(self) -> str:
+        """End the recording; return a sentence for the log."""
+        self._room.record = None
+        try:
+            return await asyncio.to_thread(self.recorder.finish)
+        except OutputError as error:
+            return str(error)
+
+
+def _traversal(room: Room) -> Traversal:
+    return Traversal.of(len(room.body.mesh.vertices), room.body.mesh.faces)
+
+
+def info_of(room: Room, now: float, to_wall: float) -> SessionInfo:
+    """Return the first entry of a recording of a room.
+
+    Args:
+        room: The room.
+        now: Time [s].
+        to_wall: Unix time less the server's clock [s].
+    """
+    settings = room.settings
+    known = {
+        **to_jsonable_python(settings.made_from),
+        # A recording that begins later has no beginning from which patches could be computed again.
+        "from_rest": room.next_user == 1 and is_at_rest(room.world),
+        "tick": room.world.tick,
+        "laws": [law.value for law in settings.laws],
+        "max_users": settings.max_users,
+    }
+    body = describe(room.body).model_dump(mode="json")
+    return SessionInfo(
+        now, __version__, PROTOCOL_VERSION, settings.room or "", body,
+        settings.simulation_period, to_wall, known,
+    )  # fmt: skip

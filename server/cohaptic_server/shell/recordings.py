@@ -1,0 +1,179 @@
+"""Begins and ends the recordings of one server: one at a time, and none overwrites a file."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable, Coroutine
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cohaptic.errors import CohapticError, SettingError
+from cohaptic.sessions.entries import Asked, SessionInfo, Solved, Written
+from cohaptic.sessions.recorder import SessionRecorder
+from cohaptic_server.room.input_record import ColumnRecord, InputRecord
+from cohaptic_server.room.peer import Outcome, Peer
+from cohaptic_server.shell.recording import Recording, info_of
+
+if TYPE_CHECKING:
+    from cohaptic_server.shell.server import CohapticServer
+
+log = logging.getLogger("cohaptic.server")
+
+SUFFIX = ".mcap"
+_MOST_OF_A_NAME = 100  # recordings of one second; a further one is refused
+
+
+class Recordings:
+    """The recordings of a server.
+
+    Args:
+        server: The server.
+
+    Attributes:
+        current: Recording in progress; None while nothing records the session.
+    """
+
+    def __init__(self, server: CohapticServer) -> None:
+        self.current: Recording | None = None
+        self._server = server
+        self._changing: set[asyncio.Task[None]] = set()  # recordings that begin or end
+
+    @property
+    def columns(self) -> ColumnRecord | None:
+        """Takes down what happens with columns; None while nothing records the session."""
+        return None if self.current is None else self._take_column
+
+    def _take_column(self, kind: type[Asked] | type[Solved]) -> None:
+        if self.current is not None:
+            self.current.recorder.add(kind(self._server.clock.now()))
+
+    async def begin(self, target: str, option: str = "--record") -> None:
+        """Record the session from now on, and tell everybody in the room.
+
+        Args:
+            target: Path of a session file that does not exist yet, or of a folder.
+            option: Option by which the operator named the target.
+
+        Raises:
+            SettingError: The session is recorded already, or the file cannot be made.
+            OutputError: The first bytes of the file cannot be written.
+        """
+        server, room = self._server, self._server.room
+        if room.record is not None:
+            raise SettingError(option, target, "given while nothing else records the session")
+        now = server.clock.now()
+        info = info_of(room, now, server.clock.to_wall())
+        waiting: list[Written] = []  # until the disk has answered
+        record = room.record = InputRecord(waiting.append, room.members.values(), now)
+        try:
+            recorder = await asyncio.to_thread(open_recorder, target, info, log.warning, option)
+        except BaseException:
+            room.record = None
+            raise
+        for entry in waiting:
+            recorder.add(entry)
+        record.write = recorder.add
+        self.current = Recording(recorder, room, now, follows=server.web.model is not None)
+        log.info("recording to %s", recorder.path)
+        server.carry_out(server.session_host.tell_recorded(on=True))
+
+    async def end(self, why: str = "") -> None:
+        """End the recording, if there is one, and tell everybody in the room.
+
+        Args:
+            why: Reason for the log; empty where somebody has asked for it.
+        """
+        recording, self.current = self.current, None
+        if recording is None:
+            return
+        if why:
+            log.warning("the recording ends: %s", why)
+        log.info("%s", await recording.end())
+        self._server.carry_out(self._server.session_host.tell_recorded(on=False))
+
+    async def close(self) -> None:
+        """End the recording with the server."""
+        await asyncio.gather(*self._changing, return_exceptions=True)
+        await self.end()
+
+    def after_tick(self) -> None:
+        """Add what the last tick has made."""
+        recording = self.current
+        if recording is None:
+            return
+        if not recording.recorder.ended:
+            recording.after_tick(self._server.web.ticked)
+        elif not self._changing:  # the disk is full: nobody is recorded any more
+            self._start(self.end())
+
+    def take(self, outcome: Outcome) -> None:
+        """Take what an outcome has for the recording."""
+        if self.current is not None:
+            now = self._server.clock.now()
+            for line in outcome.log:
+                self.current.note(line, now)
+            for mark, user in outcome.marks:
+                self.current.mark(mark, user, now)
+            for rows, of in outcome.rows:
+                self.current.rows(rows, of, now)
+        for admin, on in outcome.recordings:
+            self._start(self._change(admin, on=on))
+
+    def _start(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.ensure_future(work)
+        self._changing.add(task)
+        task.add_done_callback(self._changing.discard)
+
+    async def _change(self, admin: Peer, *, on: bool) -> None:
+        """Begin or end a recording, as an administrator asks, and answer."""
+        server = self._server
+        done = on != (server.room.record is not None)
+        try:
+            if done and on:
+                await self.begin(server.settings.recordings, "--recordings")
+            elif done:
+                await self.end()
+        except CohapticError as error:
+            log.warning("%s", error)
+            done = False
+        server.carry_out(server.session_host.answer_recording(admin, begins=on, done=done))
+
+
+def open_recorder(
+    target: str, info: SessionInfo, tell: Callable[[str], None], option: str = "--record"
+) -> SessionRecorder:
+    """Make the file of a recording; the call waits for the disk.
+
+    Args:
+        target: Path of the file, which ends in `.mcap` and must not exist; or of a folder, in which
+            the file gets a name of its own.
+        info: First entry.
+        tell: Function that shows the operator a sentence; another thread calls it.
+        option: Option by which the operator named the target.
+
+    Raises:
+        SettingError: The file exists, or cannot be made.
+        OutputError: Its first bytes cannot be written.
+    """
+    path = Path(target)
+    if path.suffix == SUFFIX and not path.is_dir():
+        return SessionRecorder(path, info, tell=tell, option=option)
+    if path.suffix and not path.exists():
+        limit = f"a file that ends in {SUFFIX}, or a folder that exists"
+        raise SettingError(option, target, limit)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise SettingError(option, target, f"a folder ({error.strerror})") from error
+    begun = datetime.fromtimestamp(info.t + info.to_wall, UTC).strftime("%Y-%m-%dT%H-%M-%S")
+    for k in range(1, _MOST_OF_A_NAME):
+        name = f"{info.room or 'room'}-{begun}{f'-{k}' if k > 1 else ''}{SUFFIX}"
+        if not (path / name).exists():
+            try:
+                return SessionRecorder(path / name, info, tell=tell, option=option)
+            except SettingError:
+                if not (path / name).exists():  # nobody was faster: the folder is at fault
+                    raise
+    raise SettingError(option, target, f"fewer than {_MOST_OF_A_NAME} recordings in one second")
