@@ -100,7 +100,7 @@ async def be_server(*, ordinary: bool) -> None:
         lambda: asyncio.StreamReaderProtocol(lines), sys.stdin
     )
     waits = Waits(server)
-    ticking = asyncio.create_task(server.run(waits.look))
+    ticking = asyncio.create_task(server.run(lambda _: waits.look()))
     peak = [0]
     watching = asyncio.create_task(watch_worker(desk, peak))
     used = children_used()

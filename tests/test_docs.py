@@ -74,6 +74,8 @@ def test_the_limits_of_frames_are_the_codes() -> None:
         ("user_joined,", messages.UserJoined),
         ("user_left,", messages.UserLeft),
         ("restraints,", messages.Restraints),
+        ("recorded,", messages.Recorded),
+        ("mark,", messages.Mark),
         ("error,", messages.Error),
         ("watch,", watch_messages.Watch),
         ("set_view,", watch_messages.SetView),

@@ -36,10 +36,11 @@ def admin(
     ] = None,
     insecure: Annotated[bool, typer.Option("--insecure", help="Send a token without TLS.")] = False,
 ) -> None:
-    """See who is in a room; kick, mute, ban, freeze, reset.
+    """See who is in a room; kick, mute, ban, freeze, reset, record.
 
     `unban` lets a user who was kicked or banned under a name come back. The token is one of
-    `cohaptic token --admin`.
+    `cohaptic token --admin`. `record` needs a server with --recordings, and takes a token with
+    --record, too.
     """
     if bool(who) != (action in TO_SOMEBODY):
         given = who or "not given"

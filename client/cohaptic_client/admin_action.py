@@ -18,6 +18,8 @@ class Action(Enum):
     UNFREEZE = "unfreeze"
     RESET = "reset"
     BUDGET = "force-budget"
+    RECORD = "record"
+    END_RECORDING = "end-recording"
 
 
 TO_SOMEBODY = (Action.MUTE, Action.UNMUTE, Action.KICK, Action.BAN, Action.UNBAN)

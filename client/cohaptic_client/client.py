@@ -10,6 +10,7 @@ import asyncio
 import functools
 import math
 import secrets
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -21,6 +22,7 @@ from cohaptic.errors import (
     CohapticError,
     ServerLost,
     ServerUnreachable,
+    SettingError,
     one_line,
 )
 from cohaptic.protocol.messages import BodyInfo
@@ -36,6 +38,7 @@ from cohaptic_client.loop.passed import Passed
 from cohaptic_client.loop.safety import Mode
 from cohaptic_client.network.conversation import Conversation, Refused
 from cohaptic_client.network.link import Link
+from cohaptic_client.network.marks import NOT_RECORDED, Marks, Value, mark_of
 from cohaptic_client.network.timing import LinkTiming
 from cohaptic_client.news import (
     FaultNews,
@@ -162,6 +165,7 @@ def state_in_words(
 HEARTBEAT = 0.1  # s between heartbeats while samples are sent
 SLOW_HEARTBEAT = 0.5  # s while no samples are sent; the loop ends after 2 s without a heartbeat
 _LONGEST_NEWS = 2000  # characters; enough for the names of a full room
+_MOST_MARKS = 64  # that wait while the client comes back; the oldest is dropped first
 RETRY = 0.5  # s between attempts to reach a server
 
 
@@ -204,6 +208,7 @@ class Client:
         self._key = secrets.token_hex(16)
         # Session token from the server, which stays valid after the invitation has expired.
         self._session = ""
+        self._marks: Marks = deque(maxlen=_MOST_MARKS)
         self._next_beat = 0.0
         self._faults = FaultNews()
         self._silences = FaultNews()
@@ -326,6 +331,25 @@ class Client:
             if refused := scheduling_in_words(str(reported)):
                 self._tell(News("machine", refused))
 
+    @property
+    def recorded(self) -> bool:
+        """Whether the server records the session, as far as this client knows."""
+        return self._conversation is not None and self._conversation.recorded
+
+    def mark(self, text: str, fields: Mapping[str, Value]) -> None:
+        """Set a mark in the recording at this moment; any thread may call this.
+
+        Args:
+            text: What it says, up to 200 characters.
+            fields: Up to 16 further values.
+
+        Raises:
+            SettingError: Nothing records the session, or text or fields are out of their limits.
+        """
+        if not self.recorded:
+            raise SettingError("mark", repr(text[:60]), NOT_RECORDED)
+        self._marks.append((self.clock.now(), mark_of(text, fields)))
+
     def acknowledge(self) -> None:
         """Acknowledge the fault: force may return once the hand has left the object."""
         if self._haptics.holds_fault:
@@ -403,7 +427,7 @@ class Client:
             # A new conversation for each connection: another server may have another clock.
             self._conversation = Conversation(
                 link, settings, self.clock, self._haptics, self._tell, self._beat, self._key,
-                self._session or settings.token,
+                self._session or settings.token, self._marks,
             )  # fmt: skip
             return await self._conversation.run()
         finally:

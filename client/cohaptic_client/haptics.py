@@ -26,8 +26,8 @@ from cohaptic_client.devices.scripted import TARGET
 from cohaptic_client.loop.config import LoopConfig, haptic_period, law_settings, silent_after
 from cohaptic_client.loop.handle import HapticProcess, TipSample
 from cohaptic_client.loop.memory import MESH_SUFFIX, LoopMemory, remove_killed
+from cohaptic_client.loop.rows_out import RowsOut
 from cohaptic_client.loop.safety import Mode, SafetyLimits, rate_of
-from cohaptic_client.network.rows_out import RowsOut
 from cohaptic_client.settings import ClientSettings
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import ssl
+from collections.abc import AsyncGenerator
 from typing import TypeVar
 from urllib.parse import urlsplit
 
@@ -27,6 +29,7 @@ from cohaptic_client.address import proxy_for, silence, trust, why_not_trusted, 
 from cohaptic_client.admin_action import Action
 from cohaptic_client.network.conversation import Refused
 
+_NOT_BEGUN = "it is recorded already, or the server could not begin: its log says why"
 _PATIENCE = 15.0  # s for connection and answers; a server answers within 1 s
 M = TypeVar("M", Watching, Moderated, PutOut)
 
@@ -49,19 +52,33 @@ async def act(
         Refused: The server refuses the connection or the action.
         SettingError: The user is not in the room, or, for unban, was not kicked or banned.
     """
+    async with opened(url, ca_file) as ws, asyncio.timeout(_PATIENCE):
+        return await _talk(ws, token, action, who, force)
+
+
+@contextlib.asynccontextmanager
+async def opened(
+    url: str, ca_file: str, subprotocol: str = SUBPROTOCOL, longest: int = MAX_BYTES
+) -> AsyncGenerator[ClientConnection]:
+    """Connect to a room; errors of the connection inside the block are those of `act`.
+
+    Args:
+        url: Address of the room.
+        ca_file: File with the certificates to trust; empty for the system's certificates.
+        subprotocol: Kind of the connection.
+        longest: Largest message that may come [bytes].
+    """
     try:
-        async with (
-            asyncio.timeout(_PATIENCE),
-            connect(
-                with_slash(url),
-                subprotocols=[Subprotocol(SUBPROTOCOL)],
-                compression=None,
-                proxy=proxy_for(url),
-                max_size=MAX_BYTES,
-                ssl=trust(url, ca_file),
-            ) as ws,
-        ):
-            return await _talk(ws, token, action, who, force)
+        async with connect(
+            with_slash(url),
+            subprotocols=[Subprotocol(subprotocol)],
+            compression=None,
+            proxy=proxy_for(url),
+            max_size=longest,
+            ssl=trust(url, ca_file),
+            open_timeout=_PATIENCE,
+        ) as ws:
+            yield ws
     except ssl.SSLError as error:
         raise ServerLost(url, why_not_trusted(error, urlsplit(url).hostname or "")) from error
     except ConnectionClosed as error:
@@ -78,8 +95,7 @@ async def act(
 async def _talk(
     ws: ClientConnection, token: str, action: Action, who: str, force: float | None
 ) -> list[str]:
-    watch = Watch(protocol=PROTOCOL_VERSION, encoding="forces", rate=1.0, token=token or None)
-    await ws.send(encode_control(watch))
+    await ws.send(watch_text(token))
     watching = await _answer(ws, Watching)
     if action is Action.LIST:
         there = [f"{user.user}  {user.name}" for user in watching.users] or ["nobody touches"]
@@ -89,12 +105,20 @@ async def _talk(
     if action is Action.UNBAN:
         return [await _unban(ws, who)]
     user = _find(watching.users, who) if who else None
-    name = "force_budget" if action is Action.BUDGET else action.value
+    name = action.value.replace("-", "_")
     wish = Moderate.model_validate({"action": name, "user": user and user.user, "force": force})
     await ws.send(encode_control(wish))
     if not (await _answer(ws, Moderated)).done:
+        if action in (Action.RECORD, Action.END_RECORDING):
+            return ["nothing is recorded" if action is Action.END_RECORDING else _NOT_BEGUN]
         return [f"{who} has left"]
     return [f"done: {action.value}{f' {user.name}' if user else ''}"]
+
+
+def watch_text(token: str) -> str:
+    """Return the first message of a connection that needs no scenes."""
+    watch = Watch(protocol=PROTOCOL_VERSION, encoding="forces", rate=1.0, token=token or None)
+    return encode_control(watch)
 
 
 async def _unban(ws: ClientConnection, who: str) -> str:

@@ -2195,6 +2195,8 @@ public:
     bool connected() const { return socket_.is_open() && why_.empty(); }
     /// Whether an administrator keeps this hand's force from the body.
     bool restrained() const { return restrained_; }
+    /// Whether the server records the session.
+    bool recorded() const { return recorded_; }
     const Welcome &welcome() const { return welcome_; }
     Loop &loop() { return *loop_; }
     double k_o() const { return loop_->k_o(); }      ///< of the object at the contact [N/m]
@@ -2208,7 +2210,7 @@ private:
     std::optional<Loop> loop_;
     Pacer pacer_;
     std::string why_;  // the connection has ended; empty while it has not
-    bool broken_ = false, restrained_ = false, stepped_ = false;
+    bool broken_ = false, restrained_ = false, recorded_ = false, stepped_ = false;
     std::optional<Refused> refused_;
 
     static Refused refusal(const Json &message) {
@@ -2258,8 +2260,12 @@ private:
             for (const Json &user : muted->items) {
                 restrained_ = restrained_ || user.number == static_cast<double>(welcome_.user);
             }
+        } else if (type == "recorded") {
+            const Json *on = message.find("on");
+            recorded_ = on != nullptr && on->boolean;
         } else if (type != "user_joined" && type != "user_left" && type != "named") {
-            detail::refuse("message", type, "patch, user_joined, user_left, named or restraints");
+            detail::refuse("message", type,
+                           "patch, user_joined, user_left, named, restraints or recorded");
         }
     }
     void lose(const char *why) {

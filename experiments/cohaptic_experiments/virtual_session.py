@@ -6,8 +6,11 @@ by a seed, so that a session is the same each time, to the last bit, on one mach
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import contextlib
+import warnings
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 from cohaptic.control.hand_model import HandModel
 from cohaptic.control.law import Law
@@ -17,6 +20,7 @@ from cohaptic.protocol.messages import FixedGains, GeometryName, Hello, SetLaw
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.protocol.version import PROTOCOL_VERSION
+from cohaptic.sessions.recorder import SessionRecorder
 from cohaptic.simulated.delay_line import DelayLine, LinkSettings
 from cohaptic.simulated.hand import Hand, HandScript, HandState, Intention, move
 from cohaptic.simulated.networks import read_network
@@ -32,9 +36,12 @@ from cohaptic_client.loop.state import LoopSettings, LoopState, SurfaceMaker
 from cohaptic_client.loop.step import step
 from cohaptic_client.network.timing import Pacer
 from cohaptic_server.bodies.body import Body
+from cohaptic_server.bodies.green import green_source
 from cohaptic_server.room.body_frames import describe
+from cohaptic_server.room.input_record import InputRecord
 from cohaptic_server.room.room import Room
 from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.recording import Recording, info_of
 
 PERIOD = 0.001  # s
 _USUAL = Thresholds()
@@ -177,12 +184,14 @@ class VirtualSession:
         room: The room, as a server has it.
         users: The users who have joined, by name.
         now: Present time [s].
+        recording: Recording of the session; None while nothing records it.
     """
 
     def __init__(self, body: Body, simulation_hz: float = 60.0, now: float = 100.0) -> None:
         self.room = Room(body, ServerSettings(simulation_hz=simulation_hz, allow_fixed_gains=True))
         self.users: dict[str, VirtualUser] = {}
         self.now = now
+        self.recording: Recording | None = None
         self._next_tick = self.now
 
     # Above 60 lines: every option of a client is a parameter, as experiments vary each of them.
@@ -285,6 +294,30 @@ class VirtualSession:
         self.users[name] = user
         return user
 
+    @contextlib.contextmanager
+    def record(self, path: str | Path) -> Generator[None]:
+        """Record the room while the block runs: what it hears, its patches and scenes.
+
+        Args:
+            path: Path of the session file, which must not exist.
+
+        Raises:
+            SettingError: The file exists, or cannot be made.
+            OutputError: It cannot be written; what there is of it is kept.
+        """
+        room = self.room
+        info = info_of(room, self.now, 0.0)
+        recorder = SessionRecorder(Path(path), info, tell=warnings.warn, option="record")
+        room.record = InputRecord(recorder.add, room.members.values(), self.now)
+        self.recording = Recording(
+            recorder, room, self.now, follows=green_source(room.body) is not None
+        )
+        try:
+            yield
+        finally:
+            room.record = self.recording = None
+            recorder.finish()
+
     def set_law(self, name: str, law: Law, fixed_gains: FixedGains | None = None) -> None:
         """A user changes its law, at once."""
         self.room.set_law(
@@ -317,3 +350,5 @@ class VirtualSession:
         for user in self.users.values():
             if user.number in patches:
                 user.down.push(patches[user.number].encode(), self.now)
+        if self.recording is not None:
+            self.recording.after_tick(self.now)

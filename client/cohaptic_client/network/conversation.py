@@ -14,6 +14,7 @@ from cohaptic.errors import AnotherObject, CloseCode, CohapticError, RemoteProto
 from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.control.message import Capabilities, LoopRules
 from cohaptic.protocol.messages import (
+    MAX_MARK_AGE,
     Called,
     Hello,
     Place,
@@ -22,12 +23,13 @@ from cohaptic.protocol.messages import (
     UserJoined,
     UserLeft,
     Welcome,
+    encode_control,
 )
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
-from cohaptic.protocol.rows import Clock as RowClock
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.runtime.direct_loop import DirectLoop
+from cohaptic.status.row_batch import Clock as RowClock
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import device_info
 from cohaptic_client.devices.kind import DeviceChoice
@@ -35,6 +37,7 @@ from cohaptic_client.haptics import Haptics
 from cohaptic_client.loop.added import reasons_of
 from cohaptic_client.loop.handle import TipSample
 from cohaptic_client.network.link import Data, Link
+from cohaptic_client.network.marks import Marks
 from cohaptic_client.network.session import ClientSession
 from cohaptic_client.network.timing import LinkTiming, Pacer
 from cohaptic_client.news import News
@@ -110,6 +113,7 @@ class Conversation:
             alone.
         key: Secret with which this client can take its own name again after a lost connection.
         token: Token of the invitation, or of the session to resume; empty for none.
+        marks: Marks for the recording, each with its time [s], which leave beside samples.
 
     Attributes:
         active: Whether messages can be sent.
@@ -132,6 +136,7 @@ class Conversation:
         beat: Callable[[], None],
         key: str | None = None,
         token: str = "",
+        marks: Marks | None = None,
     ) -> None:
         self.active = False
         self.session = ""
@@ -147,6 +152,7 @@ class Conversation:
         self._tell = tell
         self._beat = beat
         self._key, self._token = key, token
+        self._marks = Marks() if marks is None else marks
         self._session = ClientSession((settings.law,))
         self._welcome: Welcome | None = None
         self._others: People | None = None
@@ -301,6 +307,7 @@ class Conversation:
                 if tip is not None:
                     self._send_sample(tip)
                 self._send_rows()
+                self._send_marks()
                 self._beat()
             except Exception as error:
                 self._failed.set_exception(error)
@@ -338,6 +345,15 @@ class Conversation:
         clock = RowClock(timing.clock_offset, timing.clock_error, timing.round_trip, timing.jitter)
         for frame in rows.batches(clock, whole=whole):
             self._link.send(frame)
+
+    def _send_marks(self) -> None:
+        while self._marks and self.recorded:
+            at, mark = self._marks.popleft()
+            ago = self._clock.now() - at
+            if ago <= MAX_MARK_AGE:
+                self._link.send(encode_control(mark.model_copy(update={"ago": max(0.0, ago)})))
+            else:
+                self._tell(News("recorded", f"a mark is lost, as the server was: {mark.text}"))
 
 
 def greeting(settings: ClientSettings, key: str | None = None, token: str = "") -> Hello:

@@ -22,6 +22,7 @@ from cohaptic_client.devices.scripted import SCRIPTED
 from cohaptic_client.loop.added import reasons_of
 from cohaptic_client.loop.passed import Passed
 from cohaptic_client.network.conversation import Refused
+from cohaptic_client.network.marks import Value
 from cohaptic_client.network.watching import Watcher
 from cohaptic_client.news import News
 from cohaptic_client.scripting.stream import Stream
@@ -232,6 +233,25 @@ class LiveHand:
             if self._ended:
                 self._samples.end()
         return self._samples
+
+    @property
+    def recorded(self) -> bool:
+        """Whether the server records the session, and this hand with it."""
+        self._check()
+        return self._client.recorded
+
+    def mark(self, text: str, **fields: Value) -> None:
+        """Set a mark in the recording of the session, with the time of this call.
+
+        Args:
+            text: What it says, up to 200 characters.
+            fields: Up to 16 further values: texts, numbers, booleans or None.
+
+        Raises:
+            SettingError: Nothing records the session, or a value is out of its limits.
+        """
+        self._check()
+        self._client.mark(text, fields)
 
     def acknowledge(self) -> None:
         """Acknowledge a fault: force may return once the hand has left the object."""

@@ -67,6 +67,12 @@ def _base(said: str) -> str:
         raise ValueError(BASES) from None
 
 
+def _check_record(folder: str) -> str:
+    if folder.endswith(".mcap"):
+        raise ValueError("a folder: each run of the room gets a file of its own in it")
+    return folder
+
+
 LimitTable = Annotated[dict[str, str], AfterValidator(_check_limits)]
 
 
@@ -134,7 +140,7 @@ class RoomTable(Table):
     object: ObjectTable = ObjectTable()
     limits: LimitTable = Field(default_factory=dict)
     # A folder, since a room may run more than once, and no recording is overwritten.
-    record: str = Field(default="", pattern=r"^(?!.*\.mcap$)")
+    record: Annotated[str, AfterValidator(_check_record)] = ""
     recordings: str = ""
     start: Literal["at once", "on demand"] = "at once"
     # Long enough for a user who closes the page for a short break: names, places and sessions exist

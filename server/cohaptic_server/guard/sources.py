@@ -58,7 +58,8 @@ class Meter:
         """
         limits = self._limits
         # A read that brings less than a frame costs time as well.
-        left = spend(self._samples, max(1, samples), self._sample_budget, now)
+        samples = samples or not rows
+        left = spend(self._samples, samples, self._sample_budget, now)
         if left is None:
             return too_many("samples", samples, self._sample_budget)
         self._samples = left

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 from cohaptic.errors import one_line
 from cohaptic.protocol.messages import Mark
-from cohaptic.protocol.rows import RowBatch
 from cohaptic.simulated.delay_line import AT_ONCE, LinkSettings
+from cohaptic.status.row_batch import RowBatch
 from cohaptic_server.access.admission import ANYBODY, Guest
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.watcher import Watcher

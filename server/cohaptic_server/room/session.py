@@ -13,8 +13,8 @@ from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.control.message import ControlMessage
 from cohaptic.protocol.messages import Bye, Called, Come, Error, Hello, Welcome
 from cohaptic.protocol.patch import Patch
-from cohaptic.protocol.rows import RowBatch
 from cohaptic.protocol.watch_messages import ClientMessage, Watch, decode_client_message
+from cohaptic.status.row_batch import RowBatch
 from cohaptic_server.room.life import (
     HELLO_TIMEOUT,
     MESSAGES,

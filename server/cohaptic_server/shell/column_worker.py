@@ -61,6 +61,11 @@ class HasColumns(Protocol):
         ...
 
     @property
+    def at_once(self) -> bool:
+        """Whether a response waits for its columns, which this process then solves for."""
+        ...
+
+    @property
     def pending(self) -> int:
         """Number of delivered columns that are not in use yet."""
         ...

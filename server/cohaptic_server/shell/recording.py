@@ -8,13 +8,13 @@ from __future__ import annotations
 import asyncio
 import struct
 from pathlib import Path
+from typing import Protocol
 
 from pydantic_core import to_jsonable_python
 
 from cohaptic import __version__
 from cohaptic.errors import LocalProtocolError, OutputError
 from cohaptic.protocol.messages import Mark as MarkMessage
-from cohaptic.protocol.rows import RowBatch
 from cohaptic.protocol.scene import encode_scene
 from cohaptic.protocol.scene_surface import FINEST, Surface
 from cohaptic.protocol.traversal import Traversal
@@ -29,13 +29,16 @@ from cohaptic.sessions.entries import (
     RowsLost,
     SessionInfo,
     Shown,
+    Written,
 )
-from cohaptic.sessions.recorder import SessionRecorder
 from cohaptic.status.row import columns_with
+from cohaptic.status.row_batch import RowBatch
+from cohaptic_server.bodies.body import elastic_of
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.room.peer import LogLine
 from cohaptic_server.room.room import Room
 from cohaptic_server.room.watch.scene_broadcast import displacement, records
+from cohaptic_server.shell.column_worker import HasColumns
 from cohaptic_server.world.users import is_at_rest
 
 _TIME = struct.Struct("<d")  # the first number of a row
@@ -49,17 +52,36 @@ _SURFACE = 1.0 / 15.0
 _KNOWN = frozenset({"joined", "left"})
 
 
+class Keeper(Protocol):
+    """Takes the entries of a session: a `SessionRecorder`, or a program elsewhere."""
+
+    path: Path
+
+    @property
+    def ended(self) -> bool:
+        """Whether it takes no more, as where the disk is full."""
+        ...
+
+    def add(self, entry: Written) -> None:
+        """Add an entry without waiting."""
+        ...
+
+    def finish(self) -> str:
+        """Keep what waits; return a sentence for the log; raises OutputError if that fails."""
+        ...
+
+
 class Recording:
     """A recording in progress.
 
     Args:
-        recorder: Writes the file.
+        recorder: Keeps the entries.
         room: Room that is recorded.
         follows: Whether the surface of the body follows from the contacts of the moment.
         now: Time [s].
     """
 
-    def __init__(self, recorder: SessionRecorder, room: Room, now: float, *, follows: bool) -> None:
+    def __init__(self, recorder: Keeper, room: Room, now: float, *, follows: bool) -> None:
         self.recorder = recorder
         self._room = room
         self._linked: dict[int, float] = {}  # time of the last record of a user's link [s]
@@ -165,6 +187,9 @@ def info_of(room: Room, now: float, to_wall: float) -> SessionInfo:
         "laws": [law.value for law in settings.laws],
         "max_users": settings.max_users,
     }
+    elastic = elastic_of(room.body)
+    if isinstance(elastic, HasColumns):
+        known["columns"] = "at once" if elastic.at_once else "delivered"
     body = describe(room.body).model_dump(mode="json")
     return SessionInfo(
         now, __version__, PROTOCOL_VERSION, settings.room or "", body,

@@ -5,24 +5,19 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import Callable, Coroutine
-from datetime import UTC, datetime
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cohaptic.errors import CohapticError, SettingError
 from cohaptic.sessions.entries import Asked, SessionInfo, Solved, Written
-from cohaptic.sessions.recorder import SessionRecorder
+from cohaptic.sessions.recorder import open_recorder
 from cohaptic_server.room.input_record import ColumnRecord, InputRecord
 from cohaptic_server.room.peer import Outcome, Peer
-from cohaptic_server.shell.recording import Recording, info_of
+from cohaptic_server.shell.recording import Keeper, Recording, info_of
 
 if TYPE_CHECKING:
     from cohaptic_server.shell.server import CohapticServer
 
 log = logging.getLogger("cohaptic.server")
-
-SUFFIX = ".mcap"
-_MOST_OF_A_NAME = 100  # recordings of one second; a further one is refused
 
 
 class Recordings:
@@ -60,6 +55,13 @@ class Recordings:
             SettingError: The session is recorded already, or the file cannot be made.
             OutputError: The first bytes of the file cannot be written.
         """
+        tell = log.warning
+        await self.begin_by(lambda info: open_recorder(target, info, tell, option), option, target)
+
+    async def begin_by(
+        self, opens: Callable[[SessionInfo], Keeper], option: str, target: str
+    ) -> None:
+        """Record the session from now on by what `opens` makes, in a thread; else as `begin`."""
         server, room = self._server, self._server.room
         if room.record is not None:
             raise SettingError(option, target, "given while nothing else records the session")
@@ -68,7 +70,7 @@ class Recordings:
         waiting: list[Written] = []  # until the disk has answered
         record = room.record = InputRecord(waiting.append, room.members.values(), now)
         try:
-            recorder = await asyncio.to_thread(open_recorder, target, info, log.warning, option)
+            recorder = await asyncio.to_thread(opens, info)
         except BaseException:
             room.record = None
             raise
@@ -139,41 +141,3 @@ class Recordings:
             log.warning("%s", error)
             done = False
         server.carry_out(server.session_host.answer_recording(admin, begins=on, done=done))
-
-
-def open_recorder(
-    target: str, info: SessionInfo, tell: Callable[[str], None], option: str = "--record"
-) -> SessionRecorder:
-    """Make the file of a recording; the call waits for the disk.
-
-    Args:
-        target: Path of the file, which ends in `.mcap` and must not exist; or of a folder, in which
-            the file gets a name of its own.
-        info: First entry.
-        tell: Function that shows the operator a sentence; another thread calls it.
-        option: Option by which the operator named the target.
-
-    Raises:
-        SettingError: The file exists, or cannot be made.
-        OutputError: Its first bytes cannot be written.
-    """
-    path = Path(target)
-    if path.suffix == SUFFIX and not path.is_dir():
-        return SessionRecorder(path, info, tell=tell, option=option)
-    if path.suffix and not path.exists():
-        limit = f"a file that ends in {SUFFIX}, or a folder that exists"
-        raise SettingError(option, target, limit)
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise SettingError(option, target, f"a folder ({error.strerror})") from error
-    begun = datetime.fromtimestamp(info.t + info.to_wall, UTC).strftime("%Y-%m-%dT%H-%M-%S")
-    for k in range(1, _MOST_OF_A_NAME):
-        name = f"{info.room or 'room'}-{begun}{f'-{k}' if k > 1 else ''}{SUFFIX}"
-        if not (path / name).exists():
-            try:
-                return SessionRecorder(path / name, info, tell=tell, option=option)
-            except SettingError:
-                if not (path / name).exists():  # nobody was faster: the folder is at fault
-                    raise
-    raise SettingError(option, target, f"fewer than {_MOST_OF_A_NAME} recordings in one second")

@@ -25,6 +25,7 @@ from cohaptic.errors import CloseCode, CohapticError, SettingError, one_line
 from cohaptic.protocol.version import FAMILY
 from cohaptic.room_address import MAIN
 from cohaptic.runtime.transport import tune
+from cohaptic.sessions.stream import SUBPROTOCOL as RECORD_SUBPROTOCOL
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.credentials.journal import Journal
 from cohaptic_server.process_memory import keep_what_there_is
@@ -51,6 +52,7 @@ from cohaptic_server.shell.limiter import ConnectionLimiter, Protection
 from cohaptic_server.shell.listener import Listener, listen
 from cohaptic_server.shell.recordings import Recordings
 from cohaptic_server.shell.refusal import refuse_other_room
+from cohaptic_server.shell.remote_recording import RecordingDesk
 from cohaptic_server.shell.wire import Wire, last_words
 
 log = logging.getLogger("cohaptic.server")
@@ -109,6 +111,7 @@ class CohapticServer:
         )
         self.session_host = SessionHost(self.room, self.scene_broadcast, self.room_admission)
         self.recordings = Recordings(self)
+        self._endpoints[RECORD_SUBPROTOCOL] = RecordingDesk(self).endpoint
         self.meters = TickMeters()
         self._connections: dict[Peer, Connection] = {}
         self._listener: Listener | None = None

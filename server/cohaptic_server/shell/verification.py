@@ -105,7 +105,7 @@ class Replayed:
         settings = ServerSettings(simulation_hz=hz, max_users=_MOST_USERS, allow_fixed_gains=True)
         elastic = elastic_of(body)
         self._columns = elastic if isinstance(elastic, HasColumns) else None
-        if self._columns is not None:
+        if self._columns is not None and info.settings.get("columns") != "at once":
             self._columns.in_background(fill=False)
             self._columns.columns.store.fill()
         self._asked: ColumnRequest | None = None

@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
 
-from cohaptic.errors import OutputError, one_line
+from cohaptic.errors import OutputError, SettingError, one_line
 from cohaptic.sessions.entries import LeftOut, SessionInfo, Written, size_of
 from cohaptic.sessions.writer import SessionFile
 
@@ -25,6 +26,8 @@ BATCH = 0.02
 _LOOK = 0.5
 # Bytes after which the system is asked to bring all to the disk: some seconds of eight people.
 _SYNC = 4 * 1024 * 1024
+SUFFIX = ".mcap"
+_MOST_OF_A_NAME = 100  # recordings of one second; a further one is refused
 
 
 class SessionRecorder:
@@ -195,6 +198,44 @@ class SessionRecorder:
         self._tell(
             f"the recording {self.path} ends here ({cause}), and the session goes on; {kept}"
         )
+
+
+def open_recorder(
+    target: str, info: SessionInfo, tell: Callable[[str], None], option: str = "--record"
+) -> SessionRecorder:
+    """Make the file of a recording; the call waits for the disk.
+
+    Args:
+        target: Path of the file, which ends in `.mcap` and must not exist; or of a folder, in which
+            the file gets a name of its own.
+        info: First entry.
+        tell: Function that shows the operator a sentence; another thread calls it.
+        option: Option by which the operator named the target.
+
+    Raises:
+        SettingError: The file exists, or cannot be made.
+        OutputError: Its first bytes cannot be written.
+    """
+    path = Path(target)
+    if path.suffix == SUFFIX and not path.is_dir():
+        return SessionRecorder(path, info, tell=tell, option=option)
+    if path.suffix and not path.exists():
+        limit = f"a file that ends in {SUFFIX}, or a folder that exists"
+        raise SettingError(option, target, limit)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise SettingError(option, target, f"a folder ({error.strerror})") from error
+    begun = datetime.fromtimestamp(info.t + info.to_wall, UTC).strftime("%Y-%m-%dT%H-%M-%S")
+    for k in range(1, _MOST_OF_A_NAME):
+        name = f"{info.room or 'room'}-{begun}{f'-{k}' if k > 1 else ''}{SUFFIX}"
+        if not (path / name).exists():
+            try:
+                return SessionRecorder(path / name, info, tell=tell, option=option)
+            except SettingError:
+                if not (path / name).exists():  # nobody was faster: the folder is at fault
+                    raise
+    raise SettingError(option, target, f"fewer than {_MOST_OF_A_NAME} recordings in one second")
 
 
 def _cause(error: Exception) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import IO, Any, cast
+from typing import IO, TYPE_CHECKING, Any, cast
 
 from mcap.writer import CompressionType, Writer
 
@@ -17,8 +17,10 @@ from cohaptic import __version__
 from cohaptic.recording.part import Part
 from cohaptic.sessions.codec import encode
 from cohaptic.sessions.entries import SessionInfo, Written, nanoseconds
-from cohaptic.sessions.plots import Plotter
 from cohaptic.sessions.schemas import BY_ENTRY, CHANNELS, FORM, PROFILE, Schema
+
+if TYPE_CHECKING:
+    from cohaptic.sessions.plots import Plotter
 
 # s of a session after which a chunk ends; a killed process loses as much.
 CHUNK = 1.0
@@ -45,7 +47,7 @@ class SessionFile:
         first = encode(info)  # so that one that cannot be encoded leaves no file behind
         self.part = Part.new(option, path)
         self._to_wall = info.to_wall
-        self._plotter = Plotter(info) if plots else None
+        self._plotter = _plotter(info) if plots else None
         self._writer = Writer(
             cast(IO[Any], _Sink(self.part)), CHUNK_SIZE, compression=CompressionType.ZSTD
         )
@@ -124,6 +126,15 @@ class SessionFile:
         time = nanoseconds(t, self._to_wall)
         sequence = self._sequences[channel] = self._sequences.get(channel, 0) + 1
         self._writer.add_message(channel, time, data, time, sequence & 0xFFFFFFFF)
+
+
+def _plotter(info: SessionInfo) -> Plotter | None:
+    """Return what makes the messages for Foxglove; None where scipy is not installed."""
+    try:  # here, since a client can do without scipy
+        from cohaptic.sessions.plots import Plotter
+    except ImportError:
+        return None
+    return Plotter(info)
 
 
 class _Sink:

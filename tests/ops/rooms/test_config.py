@@ -56,7 +56,11 @@ def test_rooms_have_each_their_body_law_limits_rate_and_capacity(tmp_path: Path)
     config = load_config(written(tmp_path, TWO))
     assert list(config.rooms) == ["main", "liver"]
     main, liver = config.settings_of("main"), config.settings_of("liver")
-    assert main == ServerSettings(port=0, allow_hosts=("lab.example",), room="main")
+    made = {"body": "balloon", "nonlinear": False, "relaxation": 0.0, "users": None}
+    made_from = {**made, "auto": False, "object": {}}
+    hosts = ("lab.example",)
+    assert main == ServerSettings(port=0, allow_hosts=hosts, room="main", made_from=made_from)
+    assert liver.made_from["object"]["young"] == ["3e3", "tumour=60e3"]
     assert (liver.room, liver.simulation_hz, liver.max_users) == ("liver", 100.0, 4)
     assert liver.laws == (Law.PREDICTIVE,)
     assert liver.limits == Limits().changed(["samples=3:12"])

@@ -16,7 +16,7 @@ def test_an_owner_changes_what_is_named_and_nothing_else() -> None:
 @pytest.mark.parametrize(
     ("wish", "words"),
     [
-        ("bananas=3", "limit is 'bananas=3'; it must be NAME=NUMBER of: samples, texts, "),
+        ("bananas=3", "limit is 'bananas=3'; it must be NAME=NUMBER of: samples, rows, texts, "),
         ("open", "limit open is ''; it must be a whole number"),
         ("open=many", "limit open is 'many'; it must be a whole number"),
         ("joins=5", "limit joins is '5'; it must be RATE:BURST, such as 100:600"),

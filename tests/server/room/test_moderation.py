@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from cohaptic.errors import CloseCode
-from cohaptic.protocol.messages import Restraints
+from cohaptic.protocol.messages import Mark, Restraints
+from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.protocol.watch_messages import Moderate
 from cohaptic.protocol.watch_messages import decode_watch_control as _decode
+from cohaptic_server.access.keys import Grants
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.moderation import FROZEN_ALONE, KICKED_FOR
 from cohaptic_server.room.peer import Outcome, Peer
@@ -124,7 +126,7 @@ def test_who_was_kicked_may_come_back_later_and_who_was_banned_may_not(
         session = welcome(user).session
         ordered(there, admin, action=action, user=user.user)
         there.disconnect(user, "")
-        peer = there.connect(KICKED_FOR, "cohaptic.v5", None, "z")
+        peer = there.connect(KICKED_FOR, SUBPROTOCOL, None, "z")
         there.receive(peer, hello(token=session).model_dump_json(), KICKED_FOR, NOW - KICKED_FOR)
         if code is None:
             welcome(peer)
@@ -275,3 +277,41 @@ def test_an_earlier_freeze_does_not_shorten_a_later_one(small_balloon: Balloon) 
     there.disconnect(second, "")
     there.serve(20.0 * FROZEN_ALONE + 1.0)
     assert there.room.frozen
+
+
+@pytest.mark.parametrize("grant", ["room_admin", "room_record"])
+def test_who_may_record_asks_the_shell_to_begin_and_to_end(
+    grant: str, small_balloon: Balloon
+) -> None:
+    there = session_host(small_balloon, recordings="folder")
+    grants = ALL.model_copy(update={grant: True})
+    admin = say(there, watch(token=token(grants, jti="recorder")))
+    assert watching(admin).can_record
+    for action, on in (("record", True), ("end_recording", False)):
+        assert ordered(there, admin, action=action).recordings == [(admin, on)]
+    assert admin.session.close is None
+
+
+@pytest.mark.parametrize("action", ["record", "end_recording"])
+@pytest.mark.parametrize(
+    ("grants", "folder", "why"), [(ALL, "folder", "roomRecord"), (ADMIN, "", "--recordings")]
+)
+def test_a_recording_needs_a_grant_and_a_folder(
+    action: str, grants: Grants, folder: str, why: str, small_balloon: Balloon
+) -> None:
+    there = session_host(small_balloon, recordings=folder)
+    guest = say(there, watch(token=token(grants, jti="guest")))
+    assert not watching(guest).can_record
+    assert ordered(there, guest, action=action).recordings == []
+    assert why in refused(guest, CloseCode.FORBIDDEN)
+
+
+def test_who_watches_sets_marks_only_where_it_may_touch(small_balloon: Balloon) -> None:
+    there = session_host(small_balloon)
+    mark = Mark(text="stimulus on")
+    for may, jti in ((True, "a"), (False, "b")):
+        grants = ALL.model_copy(update={"can_touch": may})
+        peer = say(there, watch(token=token(grants, jti=jti)))
+        outcome = there.receive(peer, mark.model_dump_json(), 0.0, NOW)
+        assert outcome.marks == ([(mark, None)] if may else [])
+        assert (peer.session.close is None) == may

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.control.message import tidy_name
 from cohaptic.protocol.messages import Hello, decode_client_control
+from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.protocol.watch_messages import decode_client_message
 
 
@@ -55,7 +56,7 @@ def test_blanks_and_forms_of_letters_are_made_plain(written: str, taken: str) ->
 def test_what_nobody_sees_is_refused_and_named(unseen: str, where: str) -> None:
     name = where.format(unseen)
     for text in (
-        json.dumps({"type": "hello", "protocol": 5, "name": name}),
+        json.dumps({"type": "hello", "protocol": PROTOCOL_VERSION, "name": name}),
         json.dumps({"type": "set_name", "name": name}),
         json.dumps({"type": "present", "name": name}),
     ):
@@ -67,7 +68,9 @@ def test_what_nobody_sees_is_refused_and_named(unseen: str, where: str) -> None:
 @pytest.mark.parametrize("name", [" ", "\u00a0\u3000", "\ufdfa" * 3, "\ufe0f", ""])
 def test_a_name_has_from_1_to_32_characters_once_it_is_tidy(name: str) -> None:
     with pytest.raises(RemoteProtocolError):
-        decode_client_control(json.dumps({"type": "hello", "protocol": 5, "name": name}))
+        decode_client_control(
+            json.dumps({"type": "hello", "protocol": PROTOCOL_VERSION, "name": name})
+        )
 
 
 def test_a_client_sends_its_name_in_normal_form() -> None:

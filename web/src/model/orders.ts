@@ -1,7 +1,7 @@
 /** Orders that an administrator may give about a room, or about somebody in it. */
 
 export type UserOrder = "mute" | "unmute" | "kick" | "ban";
-export type RoomOrder = "freeze" | "unfreeze" | "reset";
+export type RoomOrder = "freeze" | "unfreeze" | "reset" | "record" | "end_recording";
 /** Orders about a user who was put out, by name. */
 export type NameOrder = "unban";
 export type Order = UserOrder | RoomOrder | NameOrder;

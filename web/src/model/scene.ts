@@ -110,6 +110,7 @@ export interface WatchInfo {
   readonly can_touch: boolean;
   /** Whether this visitor administers the room. */
   readonly room_admin: boolean;
+  readonly can_record: boolean;
 }
 
 export type Encoding = "frames" | "forces";
@@ -190,6 +191,8 @@ export interface SceneStore {
   /** Events, the newest last; at most 100. */
   readonly events: readonly RoomEvent[];
   readonly restraints: Restraints;
+  /** Whether the server records the session. */
+  readonly onRecord: boolean;
   /** Names of users who were put out; empty if this visitor is no administrator. */
   readonly putOut: readonly string[];
   /** Messages about the other people here. */

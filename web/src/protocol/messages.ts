@@ -2,7 +2,7 @@
  * Handshake and control: rare messages, as JSON text. Events: ordered, never dropped.
  *
  * client -> server    hello, come, set_name, set_law, bye; a watcher: watch, set_view, set_latency, moderate, present, follow, aim, point
- * server -> client    place, called, welcome, named, user_joined, user_left, restraints, error;
+ * server -> client    place, called, welcome, named, user_joined, user_left, restraints, recorded, error;
  *                     to a watcher: watching, latency, moderated, put_out, company, aimed, pointed, declined
  */
 
@@ -102,6 +102,7 @@ export interface Watching {
   readonly allow_upload: boolean;
   readonly can_touch: boolean;
   readonly room_admin: boolean;
+  readonly can_record: boolean;
   readonly session?: string;
 }
 
@@ -120,6 +121,7 @@ export type ServerControl =
   | { readonly type: "user_left"; readonly user: number; readonly name: string; readonly reason: string }
   | { readonly type: "latency"; readonly user: number; readonly delay: number; readonly jitter: number; readonly network: string }
   | { readonly type: "restraints"; readonly frozen: boolean; readonly muted: readonly number[] }
+  | { readonly type: "recorded"; readonly on: boolean }
   | { readonly type: "moderated"; readonly action: string; readonly user: number | null; readonly done: boolean }
   | { readonly type: "put_out"; readonly names: readonly string[] }
   | ({ readonly type: "company" } & Company)
@@ -164,6 +166,7 @@ const DECODERS: ReadonlyMap<string, (fields: Fields) => ServerControl> = new Map
     }),
   ],
   ["restraints", (f: Fields): ServerControl => ({ type: "restraints", frozen: flag(f, "frozen"), muted: integers(f, "muted") })],
+  ["recorded", (f: Fields): ServerControl => ({ type: "recorded", on: flag(f, "on") })],
   ["moderated", (f: Fields): ServerControl => ({ type: "moderated", action: text(f, "action"), user: somebody(f), done: flag(f, "done") })],
   ["put_out", (f: Fields): ServerControl => ({ type: "put_out", names: texts(f, "names") })],
   [
@@ -187,10 +190,7 @@ const DECODERS: ReadonlyMap<string, (fields: Fields) => ServerControl> = new Map
       distance: number(f, "distance", 1, 50),
     }),
   ],
-  [
-    "pointed",
-    (f: Fields): ServerControl => ({ type: "pointed", user: somebody(f), name: text(f, "name"), point: vector(f, "point", MAX_POSITION) }),
-  ],
+  ["pointed", (f: Fields): ServerControl => ({ type: "pointed", user: somebody(f), name: text(f, "name"), point: vector(f, "point", MAX_POSITION) })],
   ["declined", (f: Fields): ServerControl => ({ type: "declined", what: text(f, "what"), reason: text(f, "reason") })],
   ["error", (f: Fields): ServerControl => ({ type: "error", code: integer(f, "code"), field: text(f, "field"), message: text(f, "message") })],
 ]);
@@ -254,6 +254,7 @@ function watching(f: Fields): Watching {
     allow_upload: flag(f, "allow_upload"),
     can_touch: flag(f, "can_touch"),
     room_admin: flag(f, "room_admin"),
+    can_record: flag(f, "can_record"),
   };
 }
 

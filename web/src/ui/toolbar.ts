@@ -1,7 +1,7 @@
 /** The top line: the name of the body, the state of the connection, and buttons for the view. */
 
 import { isLive, type SceneStore } from "../model/scene";
-import { el, iconButton, say } from "./dom";
+import { el, iconButton, say, show } from "./dom";
 import { icon } from "./icons";
 import type { KeyAction } from "./keyboard";
 import { period } from "./notice";
@@ -12,6 +12,7 @@ export class Toolbar {
   /** The button before which others may stand that are no button of the page itself. */
   readonly end: HTMLButtonElement;
   private readonly room = el("span", { class: "room" });
+  private readonly record = el("span", { class: "on-record", text: "recorded", attrs: { role: "status", title: "The server records this session" } });
   private readonly lamp = el("span", { class: "lamp", attrs: { "aria-hidden": "true" } });
 
   /**
@@ -39,6 +40,7 @@ export class Toolbar {
       el("h1", { class: "brand", text: "cohaptic" }),
       this.lamp,
       this.room,
+      this.record,
       el("span", { class: "spring" }),
       tour,
       this.end,
@@ -55,6 +57,7 @@ export class Toolbar {
     const info = store.info;
     const name = info?.body.name ?? "";
     say(this.room, replay !== "" ? replay : info === null || isLive(store.status) ? name : `no word for ${period(store.status.silent)}`);
+    show(this.record, store.onRecord);
     const silent = store.status.phase === "watching" && !isLive(store.status);
     this.lamp.dataset["phase"] = replay !== "" ? "replay" : silent ? "silent" : store.status.phase;
   }

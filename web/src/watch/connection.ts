@@ -93,6 +93,9 @@ export class Watch implements SceneStore {
   get restraints(): Restraints {
     return this.store.room.restraints;
   }
+  get onRecord(): boolean {
+    return this.store.room.onRecord;
+  }
   get putOut(): readonly string[] {
     return this.store.room.putOut;
   }

@@ -16,6 +16,7 @@ export class Room {
   private readonly heard = new Map<number, string>();
   events: readonly RoomEvent[] = [];
   restraints: Restraints = NO_RESTRAINTS;
+  onRecord = false;
   /** Names of people who may not come back; the server tells them only to an administrator. */
   putOut: readonly string[] = [];
 
@@ -50,6 +51,7 @@ export class Room {
         this.rules.clear();
         // A room that has restraints sends them next.
         this.restraints = NO_RESTRAINTS;
+        this.onRecord = false;
         this.putOut = [];
         for (const { user, name, rules } of event.users) this.call(user, name, rules);
         break;
@@ -75,6 +77,10 @@ export class Room {
       }
       case "restraints":
         this.restrain({ frozen: event.frozen, muted: event.muted }, at);
+        break;
+      case "recorded":
+        this.onRecord = event.on;
+        this.say({ at, kind: "restraint", user: 0, name: "", detail: event.on ? "The session is recorded." : "Nothing is recorded any more." });
         break;
       case "put_out":
         this.putOut = event.names;

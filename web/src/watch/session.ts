@@ -11,13 +11,13 @@ import { type Traversal, traversalOf } from "../protocol/traversal";
 
 export type WatchEvent =
   | Watching
-  | Extract<ServerControl, { type: "user_joined" | "user_left" | "restraints" | "moderated" | "put_out" | "latency" | "company" | "aimed" | "pointed" | "declined" | "error" }>
+  | Extract<ServerControl, { type: "user_joined" | "user_left" | "restraints" | "recorded" | "moderated" | "put_out" | "latency" | "company" | "aimed" | "pointed" | "declined" | "error" }>
   | { readonly type: "rest_mesh"; readonly mesh: RestMesh }
   | { readonly type: "scene"; readonly scene: Scene };
 
 type State = "await_watching" | "await_mesh" | "watching" | "closed";
 
-const EVENTS = ["latency", "user_joined", "user_left", "restraints", "moderated", "put_out", "company", "aimed", "pointed", "declined", "error"];
+const EVENTS = ["latency", "user_joined", "user_left", "restraints", "recorded", "moderated", "put_out", "company", "aimed", "pointed", "declined", "error"];
 const ALLOWED: Readonly<Record<State, readonly string[]>> = {
   await_watching: ["watching", "error"],
   await_mesh: ["rest_mesh", ...EVENTS],

@@ -12,7 +12,7 @@ vi.mock("../../src/view/scene_view", () => ({ openScene: () => null }));
 
 const status = { phase: "watching", reason: "", code: 0, retry_at: 0, silent: 0, bytes_per_second: 0, frames_per_second: 0, blocks_missing: 0, playout_delay: 0 };
 const store = {
-  status, mesh: null, events: [], roster: [], putOut: [], restraints: { frozen: false, muted: [] }, company: { state: null, marks: [] },
+  status, mesh: null, events: [], roster: [], putOut: [], onRecord: false, restraints: { frozen: false, muted: [] }, company: { state: null, marks: [] },
   info: { body: { name: "balloon", center: [0, 0, 0], radius: 0.1 }, model: null, can_touch: true },
   at: () => null, subscribe: () => () => undefined, setView: () => undefined,
 };

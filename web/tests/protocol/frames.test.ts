@@ -140,7 +140,7 @@ test("an error names the value and the limit", () => {
   expect(() => encodeContactSample(wrong)).toThrow("length of force is \"101.0 N\"; expected <= 100 N");
   const other = fromHex(first.hex);
   other[0] = 9;
-  expect(() => decodeContactSample(other)).toThrow(new ProtocolError("frame's protocol version", 9, "5"));
+  expect(() => decodeContactSample(other)).toThrow(new ProtocolError("frame's protocol version", 9, "6"));
 });
 
 const TINY = 0.99e-6; // m/N, stiffer than anything

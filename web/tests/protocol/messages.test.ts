@@ -4,11 +4,11 @@ import { type ClientControl, decodeServerControl, encodeControl } from "../../sr
 import { vectors } from "../vectors";
 
 const written = vectors("control") as { name: string; text: string }[];
-const fromClient = new Set(["hello", "hello with a token", "set_name", "set_law", "come", "bye", "watch", "watch with a token", "set_view", "set_latency", "moderate", "moderate a name", "watch with company", "present", "present without a hand", "follow", "follow nobody", "aim", "point"]);
+const fromClient = new Set(["hello", "hello with a token", "set_name", "set_law", "come", "bye", "watch", "watch with a token", "set_view", "set_latency", "moderate", "moderate a name", "watch with company", "present", "present without a hand", "follow", "follow nobody", "aim", "point", "mark"]);
 const SENT: ClientControl[] = [
   {
     type: "hello",
-    protocol: 5,
+    protocol: 6,
     name: "left",
     law: "predictive",
     max_stiffness: 1000,
@@ -19,15 +19,15 @@ const SENT: ClientControl[] = [
     fixed_gains: null,
   },
   {
-    type: "hello", protocol: 5, name: "left", law: "predictive", max_stiffness: 1000, max_force: 10, damping_budget: 0,
+    type: "hello", protocol: 6, name: "left", law: "predictive", max_stiffness: 1000, max_force: 10, damping_budget: 0,
     geometry: "plane", friction: false, fixed_gains: null, key: "0123456789abcdef", token: "eyJh.eyJz.c2ln",
   },
-  { type: "watch", protocol: 5, encoding: "frames", rate: 30, mesh: "exact", token: "eyJh.eyJz.c2ln" },
+  { type: "watch", protocol: 6, encoding: "frames", rate: 30, mesh: "exact", token: "eyJh.eyJz.c2ln" },
   { type: "set_law", law: "pi", fixed_gains: null },
   { type: "set_name", name: "far left" },
   { type: "come" },
   { type: "bye" },
-  { type: "watch", protocol: 5, encoding: "frames", rate: 30, mesh: "quantised" },
+  { type: "watch", protocol: 6, encoding: "frames", rate: 30, mesh: "quantised" },
   { type: "set_view", encoding: "forces", rate: 60 },
   { type: "set_latency", user: 2, delay: 0.125, jitter: 0.03125, network: "wifi" },
   { type: "present", name: "left", user: 1, key: "0123456789abcdef", open: true },
@@ -69,7 +69,7 @@ test.each([
   ["another type of a field", JSON.stringify({ ...joined, user: "2" }), 'user is "2"; expected a whole number'],
   ["a field too many", JSON.stringify({ ...joined, age: 3 }), 'field of user_joined is "age"'],
   ["too much", JSON.stringify({ ...joined, name: "x".repeat(70_000) }), "<= 65536 characters"],
-  ["another version", said.replace('"protocol":5', '"protocol":2'), "protocol version is 2; expected 5"],
+  ["another version", said.replace('"protocol":6', '"protocol":2'), "protocol version is 2; expected 6"],
   ["a period that is none", welcome({ simulation_period: 0.004 }), "simulation_period is 0.004; expected a number from 0.005 to 0.1"],
   ["a period without end", welcome({ simulation_period: 0.2 }), "simulation_period is 0.2"],
   ["a session that is no token", welcome({ session: "a b" }), "session is \"not shown\"; expected a token"],

@@ -14,7 +14,7 @@ export const SURFACE = 0.1; // m along the normal, at rest
 
 export const WELCOME = {
   type: "welcome",
-  protocol: 5,
+  protocol: 6,
   user: 3,
   name: "page",
   simulation_period: PERIOD,

@@ -8,7 +8,7 @@ describe("one who watches", () => {
     const browser = new Browser();
     expect(browser.watch.status.phase).toBe("connecting");
     browser.join();
-    expect(browser.line.texts).toEqual([{ type: "watch", protocol: 5, encoding: "frames", rate: 30, mesh: "quantised", company: true }]);
+    expect(browser.line.texts).toEqual([{ type: "watch", protocol: 6, encoding: "frames", rate: 30, mesh: "quantised", company: true }]);
     expect(browser.watch.status.phase).toBe("watching");
     expect(browser.watch.mesh?.vertices).toEqual(MESH.vertices);
     expect(browser.watch.info?.body.name).toBe("balloon");
@@ -162,8 +162,8 @@ describe("a connection that is lost", () => {
   test("is not tried again where that would change nothing", () => {
     const browser = new Browser();
     browser.line.onopen?.();
-    browser.line.say({ type: "error", code: 4426, field: "", message: "protocol version is 2; expected 5" });
-    expect(browser.watch.status).toMatchObject({ phase: "refused", reason: "protocol version is 2; expected 5", code: 4426 });
+    browser.line.say({ type: "error", code: 4426, field: "", message: "protocol version is 2; expected 6" });
+    expect(browser.watch.status).toMatchObject({ phase: "refused", reason: "protocol version is 2; expected 6", code: 4426 });
     browser.run(60);
     expect(browser.lines.length).toBe(1);
   });

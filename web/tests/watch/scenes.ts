@@ -122,7 +122,7 @@ function surfaceTail(units: number): Uint8Array {
 
 export const WATCHING = {
   type: "watching",
-  protocol: 5,
+  protocol: 6,
   simulation_period: 1 / 60,
   to_wall: 0,
   body: { name: "balloon", center: [0, 0, 0], radius: 0.1, contact_radius: 0.02 },
@@ -133,4 +133,5 @@ export const WATCHING = {
   allow_upload: false,
   can_touch: true,
   room_admin: false,
+  can_record: false,
 };

@@ -223,6 +223,7 @@ class Solid:
         shape: Nodes, elements and surface.
         columns: Source and store of the Green's functions (columns of C).
         missing: Vertices whose columns are missing in the background mode, most urgent first.
+        at_once: Whether a response waits for its columns; False in the background mode.
         linear: True.
 
     Raises:
@@ -251,7 +252,7 @@ class Solid:
             factor, self.shape.free_index, self.mesh.vertices, self.settings.cache
         )
         self._far_field = None if parts is None else parts.far_field
-        self._at_once = True
+        self.at_once = True
         self._ahead: Ints = np.zeros(0, dtype=np.int64)
         self._delivered: deque[Column] = deque()
         self.missing: Ints = np.zeros(0, dtype=np.int64)
@@ -282,7 +283,7 @@ class Solid:
         size = self._contact_size()
         reach = size + max(size, FAR_FIELD_START * self.far_field.spacing)
         self.columns.keep(reach, fill=fill)
-        self._at_once = False
+        self.at_once = False
 
     def _contact_size(self) -> float:
         """Return the largest distance of a vertex under a contact from the contact's centre [m].
@@ -340,7 +341,7 @@ class Solid:
     def respond(self, loads: Sequence[Load], before: Response | None = None) -> Response:
         """Return the superposition of the fields of the loads; `before` has no effect."""
         del before
-        if self._at_once:
+        if self.at_once:
             return self._exact(loads)
         store = self.columns.store
         while self._delivered:

@@ -25,7 +25,7 @@ from cohaptic_server.room.seats.wait_queue import TURN
 from cohaptic_server.room.seats.waiting import REPEAT
 from cohaptic_server.room.session_host import SessionHost
 from cohaptic_server.settings import ServerSettings
-from tests.server.peers import hello
+from tests.server.peers import hello, sample
 from tests.server.room.test_session_host import connect, join, news, say, session_host
 
 COME = encode_control(Come())
@@ -155,7 +155,7 @@ def test_who_comes_uncalled_ends_its_own_session_alone(small_balloon: Balloon, s
     first, second = wait(there, "first"), wait(there, "second")
     words: dict[str, str | bytes] = {
         "come": COME,
-        "sample": b"\x05\x01" + bytes(42),
+        "sample": sample().encode(),
         "hello": encode_control(hello("again")),
     }
     say(there, first, words[said])

@@ -178,7 +178,7 @@ def test_the_rate_is_kept_and_reached(rate: float, simulation_hz: float) -> None
     [
         (
             hello_text(),
-            "message is 'Hello'; expected Ack, SetView, SetLatency or Moderate: watches",
+            "message is 'Hello'; expected Ack, SetView, SetLatency, Moderate or Mark: watches",
         ),
         (sample().encode(), "frame kind is 1; expected 5 (ack)"),
         ("{", "Invalid JSON"),

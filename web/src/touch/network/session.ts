@@ -10,14 +10,14 @@ import { dampingLimit, type DeviceInfo } from "../loop/device";
 import { HAPTIC_PERIOD } from "../loop/schedule";
 
 export type TouchEvent =
-  | Extract<ServerControl, { type: "place" | "called" | "welcome" | "named" | "user_joined" | "user_left" | "restraints" | "error" }>
+  | Extract<ServerControl, { type: "place" | "called" | "welcome" | "named" | "user_joined" | "user_left" | "restraints" | "recorded" | "error" }>
   | { readonly type: "patch"; readonly patch: Patch };
 
 type State = "await_welcome" | "joined" | "closed";
 
 const ALLOWED: Readonly<Record<State, readonly string[]>> = {
   await_welcome: ["place", "called", "welcome", "named", "error"],
-  joined: ["patch", "named", "user_joined", "user_left", "restraints", "error"],
+  joined: ["patch", "named", "user_joined", "user_left", "restraints", "recorded", "error"],
   closed: [],
 };
 

@@ -149,9 +149,9 @@ export class Column {
         view: lens !== null ? "none" : following === user ? "followed" : store.company.state?.open.includes(user) === true ? "open" : "none",
       });
     }
-    const admin = store.info?.room_admin === true;
+    const orders = store.info?.room_admin === true || store.info?.can_record === true;
     show(this.frozen, store.restraints.frozen);
-    this.roomOrders.get(admin)?.write(store.restraints, store.putOut, admin);
+    this.roomOrders.get(orders)?.write(store);
     say(this.when, lens?.when ?? "");
     say(this.count, present.size === 0 ? "" : `${present.size}`);
     this.tellTime(view);

@@ -1,6 +1,7 @@
 /** Buttons for an administrator of the room: to mute, put out and ban somebody; to freeze and reset the object. */
 
-import type { Order, Restraints } from "../../model/orders";
+import type { Order } from "../../model/orders";
+import type { SceneStore } from "../../model/scene";
 import { el, say, show } from "../dom";
 
 const SURE_FOR = 4000; // ms for which a button waits for the second press
@@ -80,10 +81,12 @@ export class RoomOrders {
   readonly root: HTMLElement;
   private readonly freeze: OrderButton;
   private readonly reset: OrderButton;
+  private readonly record: OrderButton;
   private readonly buttons: HTMLElement;
   private readonly out = el("ul", { class: "orders put-out", attrs: { "aria-label": "Who was put out" } });
   private names: readonly string[] = [];
   private frozen = false;
+  private onRecord = false;
 
   constructor(private readonly order: (order: Order, user?: number, name?: string) => void) {
     this.freeze = orderButton(() => { order(this.frozen ? "unfreeze" : "freeze"); }, null);
@@ -91,15 +94,22 @@ export class RoomOrders {
     this.reset.set("Reset", "the object");
     this.reset.root.title = "All forces fade, and the object begins anew";
     this.freeze.root.title = "The object takes nobody\u2019s force, until you let it";
-    this.buttons = el("div", { class: "orders", attrs: { role: "group", "aria-label": "Orders about the object" } }, this.freeze.root, this.reset.root);
+    this.record = orderButton(() => { order(this.onRecord ? "end_recording" : "record"); }, null);
+    this.record.root.title = "Everything that happens goes to a file of the server; everybody in the room is told";
+    this.buttons = el("div", { class: "orders", attrs: { role: "group", "aria-label": "Orders about the object" } }, this.freeze.root, this.reset.root, this.record.root);
     this.root = el("div", { class: "room-orders" }, this.buttons, this.out);
   }
 
-  write(restraints: Restraints, putOut: readonly string[], admin: boolean): void {
+  write({ restraints, putOut, onRecord, info }: Pick<SceneStore, "restraints" | "putOut" | "onRecord" | "info">): void {
+    const [admin, records] = [info?.room_admin === true, info?.can_record === true];
     this.list(admin ? putOut : []);
-    this.frozen = restraints.frozen;
+    [this.frozen, this.onRecord] = [restraints.frozen, onRecord];
     this.freeze.set(this.frozen ? "Unfreeze" : "Freeze", "the object");
-    show(this.root, admin);
+    this.record.set(onRecord ? "End the recording" : "Record", "the session");
+    show(this.freeze.root, admin);
+    show(this.reset.root, admin);
+    show(this.record.root, records);
+    show(this.root, admin || records);
   }
 
   /** A button for each user who was put out; made anew only if the list has changed, so that a press does not miss its button. */

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from cohaptic.protocol.rows import MAX_BYTES, MAX_ROWS, Clock, RowBatch
 from cohaptic.status.row import ROW
+from cohaptic.status.row_batch import MAX_BYTES, MAX_ROWS, Clock, RowBatch
 
 # Rows that wait at most: what a lost connection of 8 s leaves at 1 kHz.
 _MOST_WAITING: Final = 8192

@@ -1,0 +1,94 @@
+"""`cohaptic mark`: sets marks in the recording of a session."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cohaptic.errors import SettingError
+from cohaptic.room_address import room_url
+from cohaptic_client.network.marks import Value
+
+
+# Above 60 lines: every option of the command is a parameter.
+def mark(
+    text: Annotated[
+        str, typer.Argument(help='What the mark says: "stimulus on".', show_default=False)
+    ] = "",
+    url: Annotated[
+        str, typer.Argument(help="Address of the server, or the link of an invitation.")
+    ] = "ws://127.0.0.1:8765",
+    given: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="A further value: trial=3, side=left."),
+    ] = None,
+    lines: Annotated[
+        bool, typer.Option("--lines", help="Set a mark for each line of standard input.")
+    ] = False,
+    lsl: Annotated[
+        bool,
+        typer.Option(
+            "--lsl",
+            help="Set a mark for each marker of a Lab Streaming Layer stream, TEXT being the name"
+            " of the stream, until Ctrl-C. Needs the extra lsl.",
+        ),
+    ] = False,
+    room: Annotated[
+        str, typer.Option(help="Of a server with several: the same as URL/r/ROOM.")
+    ] = "",
+    token: Annotated[
+        str,
+        typer.Option(
+            envvar="COHAPTIC_TOKEN", show_default=False, help="Of an invitation that may touch."
+        ),
+    ] = "",
+    ca_file: Annotated[
+        Path | None, typer.Option(help="Certificates that vouch for the server.")
+    ] = None,
+    insecure: Annotated[bool, typer.Option("--insecure", help="Send a token without TLS.")] = False,
+) -> None:
+    """Set a mark in the recording of a session, such as the begin of a trial.
+
+    It is an error if nothing records the session. A program that sets many marks keeps one
+    connection with --lines: one JSON object a line with `text` and further values, or plain text.
+    """
+    if lines and lsl:
+        raise SettingError("--lines", "given", "left out beside --lsl")
+    if lines == bool(text) and not lsl:
+        raise SettingError("text", repr(text[:60]), "given without --lines, and not with it")
+    import asyncio
+
+    from cohaptic_client.address import check_secrecy, read_address
+    from cohaptic_client.marking import set_one, set_stream
+    from cohaptic_client.network.marks import mark_of
+
+    address = read_address(url)
+    token = address.token or token
+    if token:
+        check_secrecy(address.url, insecure=insecure)
+    target, certificates = room_url(address.url, room), str(ca_file or "")
+    if lsl:
+        from cohaptic_client.lsl import markers
+
+        asyncio.run(set_stream(target, token, certificates, markers(text)))
+    elif lines:
+        from cohaptic_client.marking import from_lines
+
+        asyncio.run(set_stream(target, token, certificates, from_lines()))
+    else:
+        fields = dict(_value(one) for one in given or [])
+        asyncio.run(set_one(target, token, certificates, mark_of(text, fields)))
+
+
+def _value(given: str) -> tuple[str, Value]:
+    name, equals, text = given.partition("=")
+    if not (name and equals):
+        raise SettingError("--set", repr(given[:60]), "NAME=VALUE")
+    try:
+        value = json.loads(text)
+    except ValueError:
+        return name, text
+    return name, value if isinstance(value, float | int | bool | None) else text

@@ -1,0 +1,205 @@
+"""Keeps the recording of a room elsewhere, for `with cohaptic.record(...)`."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import threading
+from collections.abc import Generator
+from concurrent.futures import Future
+from pathlib import Path
+
+from websockets.asyncio.client import ClientConnection
+from websockets.exceptions import ConnectionClosed
+
+from cohaptic.errors import CohapticError, RemoteProtocolError, ServerLost
+from cohaptic.protocol.messages import Mark, encode_control
+from cohaptic.sessions.entries import SessionInfo
+from cohaptic.sessions.recorder import SessionRecorder, open_recorder
+from cohaptic.sessions.stream import (
+    MAX_BYTES,
+    SUBPROTOCOL,
+    EndRecording,
+    RecordRequest,
+    decode_batch,
+    decode_error,
+)
+from cohaptic_client.address import check_secrecy, read_address
+from cohaptic_client.moderation import opened
+from cohaptic_client.network.conversation import Refused
+from cohaptic_client.network.marks import Value, mark_of
+
+_PATIENCE = 15.0  # s for the first entry; a server sends it within a tenth of a second
+_ENDS = (1000, 1001)  # as asked for, or since the server stops
+_MOST_MARKS = 1000  # that wait; more within a moment are a mistake of the program
+
+
+class RoomRecording:
+    """A recording that this program keeps; [`record`][cohaptic.record] makes it.
+
+    Args:
+        target: Session file that does not exist yet, or a folder in which it gets a name.
+        url: Address of the room.
+        token: Token that may record; empty for none.
+        ca_file: File with the certificates to trust; empty for the system's certificates.
+    """
+
+    def __init__(self, target: str, url: str, token: str, ca_file: str) -> None:
+        self._target, self._url, self._token, self._ca_file = target, url, token, ca_file
+        self._begun: Future[SessionRecorder] = Future()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._marks: asyncio.Queue[tuple[float, Mark] | None] = asyncio.Queue(_MOST_MARKS)
+        self._ended: Future[None] = Future()
+        self._thread = threading.Thread(target=self._work, name="recording", daemon=True)
+
+    @property
+    def path(self) -> Path:
+        """Path of the file."""
+        return self._begun.result().path
+
+    @property
+    def recording(self) -> bool:
+        """Whether the session is still recorded; the end of the block says why it is not."""
+        return not self._ended.done()
+
+    def mark(self, text: str, **fields: Value) -> None:
+        """Set a mark in the recording, with the time of this call.
+
+        Args:
+            text: What it says, up to 200 characters.
+            fields: Up to 16 further values: texts, numbers, booleans or None.
+
+        Raises:
+            SettingError: A value is out of its limits.
+            CohapticError: The recording has ended.
+        """
+        if self._ended.done():
+            self._ended.result()
+        assert self._loop is not None
+        mark = (self._loop.time(), mark_of(text, fields))
+        self._loop.call_soon_threadsafe(self._marks.put_nowait, mark)
+
+    def begin(self) -> None:
+        """Return when the session is recorded.
+
+        Raises:
+            CohapticError: It is not, and the error says why.
+        """
+        self._thread.start()
+        self._begun.result()
+
+    def end(self) -> None:
+        """End the recording; return when all of it is in the file.
+
+        Raises:
+            CohapticError: The recording ended before; the file has what came until then.
+        """
+        assert self._loop is not None
+        with contextlib.suppress(RuntimeError):  # it has ended already
+            self._loop.call_soon_threadsafe(self._marks.put_nowait, None)
+        self._thread.join()
+        self._ended.result()
+
+    def _work(self) -> None:
+        try:
+            asyncio.run(self._record())
+        except BaseException as error:  # for the thread of the script
+            if self._begun.done():
+                self._ended.set_exception(error)
+            else:
+                self._begun.set_exception(error)
+        else:
+            self._ended.set_result(None)
+
+    async def _record(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        async with opened(self._url, self._ca_file, SUBPROTOCOL, MAX_BYTES) as ws:
+            await ws.send(encode_control(RecordRequest(token=self._token or None)))
+            async with asyncio.timeout(_PATIENCE):
+                first, *rest = decode_batch(await _next(ws))
+            if not isinstance(first, SessionInfo):
+                raise RemoteProtocolError("first entry", type(first).__name__, "SessionInfo")
+            recorder = open_recorder(self._target, first, self._tell, "path")
+            sending = asyncio.ensure_future(self._send_marks(ws))
+            try:
+                for entry in rest:
+                    recorder.add(entry)
+                self._begun.set_result(recorder)
+                while not recorder.ended:
+                    for entry in decode_batch(await _next(ws)):
+                        recorder.add(entry)
+            except _Over:
+                pass
+            finally:
+                asked = sending.done() and not sending.cancelled()
+                sending.cancel()
+                recorder.finish()
+            if not asked:
+                raise ServerLost(self._url, "the server has ended the recording")
+
+    async def _send_marks(self, ws: ClientConnection) -> None:
+        """Send marks, and at last that the recording ends."""
+        assert self._loop is not None
+        while (waiting := await self._marks.get()) is not None:
+            at, mark = waiting
+            ago = self._loop.time() - at
+            await ws.send(encode_control(mark.model_copy(update={"ago": ago})))
+        await ws.send(encode_control(EndRecording()))
+
+    def _tell(self, sentence: str) -> None:
+        """A full disk ends the recording, as `end` says; this thread has nobody to tell."""
+
+
+class _Over(Exception):
+    """The server has sent everything."""
+
+
+async def _next(ws: ClientConnection) -> bytes:
+    try:
+        data = await ws.recv()
+    except ConnectionClosed as closed:
+        if closed.rcvd is not None and closed.rcvd.code in _ENDS:
+            raise _Over from closed
+        raise
+    if isinstance(data, str):
+        error = decode_error(data)
+        raise Refused(error.code, error.message, error.field)
+    return data
+
+
+@contextlib.contextmanager
+def record(
+    path: str | Path, room: object, *, token: str = "", ca_file: str = "", insecure: bool = False
+) -> Generator[RoomRecording]:
+    """Record a room while the block runs, to a file of this machine.
+
+    Everybody in the room is told. The file has what the server hears and answers, and every haptic
+    period of the clients that send their rows (those of `cohaptic touch` and of scripts do).
+
+    Args:
+        path: Session file (`.mcap`) that does not exist yet, or a folder in which it gets a name.
+        room: Address of the room, the link of an invitation, or a room of `cohaptic_server.serve`.
+        token: Token that may record (`cohaptic token --record`). A server without access control
+            lets programs of its own machine record.
+        ca_file: File with the certificates to trust; empty for the system's certificates.
+        insecure: Whether to send a token without TLS.
+
+    Raises:
+        SettingError: The file exists or cannot be made, or something else records the session.
+        ServerLost: No server answers, or the connection was lost; the file has what came until
+            then.
+        Refused: The server does not let this program record.
+    """
+    address = read_address(str(getattr(room, "url", room)))
+    token = address.token or token
+    if token:
+        check_secrecy(address.url, insecure=insecure)
+    recording = RoomRecording(str(path), address.url, token, ca_file)
+    recording.begin()
+    try:
+        yield recording
+    except BaseException:
+        with contextlib.suppress(CohapticError):  # the error of the block is the one to see
+            recording.end()
+        raise
+    recording.end()
