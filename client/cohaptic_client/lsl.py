@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import importlib
 from collections.abc import AsyncGenerator
 from typing import Any
 
@@ -17,11 +18,10 @@ _LONGEST = 200  # characters of a mark
 
 def _pylsl() -> Any:
     try:
-        import pylsl
+        return importlib.import_module("pylsl")
     except (ImportError, RuntimeError) as error:  # RuntimeError: without its library
         need = "given with the extra lsl: pip install 'cohaptic[lsl]'"
         raise SettingError("--lsl", "given", f"{need} ({error})") from error
-    return pylsl
 
 
 async def markers(name: str) -> AsyncGenerator[Mark]:

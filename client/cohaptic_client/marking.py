@@ -57,7 +57,7 @@ async def marking(url: str, token: str = "", ca_file: str = "") -> AsyncGenerato
             await asyncio.wait((sent, sending, hearing), timeout=_PATIENCE, return_when=ends)
             sent.cancel()
             # What the server has against a mark comes before the answer to this ping.
-            pong = await ws.ping()
+            pong = asyncio.ensure_future(await ws.ping())
             await asyncio.wait((pong, hearing), timeout=_PATIENCE, return_when=ends)
             if hearing.done():
                 hearing.result()

@@ -6,9 +6,10 @@ whose columns another process has solved for gets them before the same ticks as 
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 from cohaptic.errors import CohapticError
 from cohaptic.protocol.contact_sample import ContactSample
@@ -176,7 +177,7 @@ def verify(entries: Iterable[Entry], body: Body) -> Iterator[tuple[float, Verdic
     Raises:
         NotVerifiable: The recording does not begin at rest, or lacks something.
     """
-    replayed, verdict = None, Verdict()
+    replayed, verdict, t = None, Verdict(), 0.0
     for entry in entries:
         if isinstance(entry, SessionInfo):
             replayed = Replayed(entry, body)
@@ -193,8 +194,9 @@ def verify(entries: Iterable[Entry], body: Body) -> Iterator[tuple[float, Verdic
         elif isinstance(entry, Input):
             replayed.take(entry)
             if isinstance(entry, Ticked):
-                yield entry.t, verdict
-    yield entry.t if replayed is not None else 0.0, verdict
+                t = entry.t
+                yield t, verdict
+    yield t, verdict
 
 
 def _with(verdict: Verdict, recorded: Patched, room: Room) -> Verdict:
@@ -219,8 +221,9 @@ def _differences(a: Any, b: Any, name: str = "patch") -> Iterator[tuple[float, s
     elif is_dataclass(a) and type(a) is type(b):
         for field in fields(a):
             yield from _differences(getattr(a, field.name), getattr(b, field.name), field.name)
-    elif isinstance(a, tuple) and isinstance(b, tuple) and len(a) == len(b):
-        for one, other in zip(a, b, strict=True):
+    elif isinstance(a, tuple) and isinstance(b, tuple):
+        ours, theirs = cast("tuple[Any, ...]", a), cast("tuple[Any, ...]", b)
+        for one, other in itertools.zip_longest(ours, theirs):
             yield from _differences(one, other, name)
     else:
         yield 0.0 if a == b else float("inf"), name

@@ -84,6 +84,8 @@ def decode_batch(message: bytes) -> list[Written]:
     while at < len(message):
         if at + _HEAD.size > len(message):
             raise RemoteProtocolError("entry", f"{len(message) - at} bytes", "a whole head")
+        place: int
+        length: int
         place, length = _HEAD.unpack_from(message, at)
         at += _HEAD.size
         if place >= len(CHANNELS) or at + length > len(message):

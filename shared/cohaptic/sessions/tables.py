@@ -196,6 +196,16 @@ def _interpolated(grid: Floats, t: Floats, values: npt.NDArray[Any]) -> Floats:
     return found
 
 
+def _file_in(path: Path) -> Path:
+    if not path.is_dir():
+        return path
+    found = sorted(path.glob("*.mcap"))
+    if len(found) == 1:
+        return found[0]
+    names = ", ".join(one.name for one in found[:5]) or "none"
+    raise SettingError("session", path, f"a file, or a folder with one session file, not {names}")
+
+
 def read_session(
     path: Path | str,
     start: float | None = None,
@@ -207,7 +217,7 @@ def read_session(
     A minute of one user takes 13 MB with all columns of the rows, and 3 MB with tip and force.
 
     Args:
-        path: Path of the file, also of one whose process was killed.
+        path: Path of the file, also of one whose process was killed; or of a folder with one file.
         start: Earliest time [s]; None for the first.
         end: Time before which the entries are [s]; None for all.
         columns: Columns of the rows to keep besides time and user; None for all.
@@ -217,7 +227,7 @@ def read_session(
             pandas is not installed.
     """
     pd = library("pandas")
-    path = Path(path)
+    path = _file_in(Path(path))
     for name in columns or ():
         if name not in COLUMNS and not name.startswith("by_"):
             raise SettingError("columns", name, f"one of {', '.join(COLUMNS)}")
