@@ -151,6 +151,9 @@ class Site:
         model: Hash that names the body's Green's functions in URLs; None if the body has none.
         vertices: Number of vertices of the body.
         frames: Origins whose pages may show the page in a frame.
+
+    Attributes:
+        frames: As given; may be set anew.
     """
 
     def __init__(
@@ -161,7 +164,7 @@ class Site:
         frames: Sequence[str] = (),
     ) -> None:
         self._page = page
-        self._frames = tuple(frames)
+        self.frames = tuple(frames)
         self._model = model
         self._vertices = vertices
 
@@ -179,7 +182,7 @@ class Site:
         file = self._page.get(named)
         if file is not None:
             answer = _file(request, file)
-            return framed(answer, self._frames) if named == INDEX and self._frames else answer
+            return framed(answer, self.frames) if named == INDEX and self.frames else answer
         if path == "/":
             return text(request, 200, "OK", NOT_BUILT)
         if path == "/healthz":

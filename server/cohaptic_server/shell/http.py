@@ -206,10 +206,18 @@ class Web:
         source = green_source(body)
         model = None if source is None else model_name(source)
         blocks = None if source is None else GreenBlocks(solve or _solver(source))
-        frames = self._settings.allow_frames
-        site = Site(self._page, model, len(body.mesh.vertices), frames)
+        site = Site(self._page, model, len(body.mesh.vertices), self._settings.allow_frames)
         self.close()
         self.model, self._blocks, self._site = model, blocks, site
+
+    def allow_frames(self, origins: tuple[str, ...]) -> None:
+        """Let pages of these origins, and of no others, show the page in a frame from now on.
+
+        Raises:
+            SettingError: An origin is none.
+        """
+        self._settings = replace(self._settings, allow_frames=origins)
+        self._site.frames = origins
 
     async def process(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
         """Return the response to a request, or None if the request may become a websocket."""

@@ -21,6 +21,8 @@ from cohaptic_server.shell.exchange import ServedBody
 from cohaptic_server.shell.limiter import Protection
 from cohaptic_server.shell.server import CohapticServer
 
+_MOST_FRAMES = 8  # origins that a script may add: a notebook has one
+
 
 class RoomHand(NamedTuple):
     """A user of a room, as the newest sample of its client says.
@@ -64,6 +66,8 @@ class ServedRoom:
         self._going: asyncio.Task[None] | None = None
         self._thread: threading.Thread | None = None
         self._ended: Future[None] = Future()
+        self._framing = threading.Lock()
+        self._given_frames = len(settings.allow_frames)
         self._stop: tuple[asyncio.AbstractEventLoop, asyncio.Event] | None = None
 
     @property
@@ -97,6 +101,28 @@ class ServedRoom:
     def ticks(self) -> int:
         """Number of ticks since the body was made."""
         return self.room.world.tick
+
+    def allow_frame(self, origin: str) -> None:
+        """Let pages of an origin show the page of this room in a frame, as `--allow-frame`.
+
+        [`cohaptic.view`][cohaptic.view] calls it for the notebook in which it shows the room. Of
+        the origins that it has named, the newest eight count.
+
+        Args:
+            origin: A scheme, a host and a port if it has one, such as `http://localhost:8888`.
+
+        Raises:
+            SettingError: This is no origin that may show the page.
+        """
+        with self._framing:
+            frames = self.settings.allow_frames
+            if origin in frames:
+                return
+            given, added = frames[: self._given_frames], frames[self._given_frames :]
+            frames = (*given, *(*added, origin)[-_MOST_FRAMES:])
+            self.settings = replace(self.settings, allow_frames=frames)  # which checks the origin
+            if self._server is not None:
+                self._server.web.allow_frames(frames)
 
     def wait(self, seconds: float | None = None) -> bool:
         """Let the room be touched; return whether it is still served.

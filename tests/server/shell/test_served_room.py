@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from cohaptic.errors import SettingError
-from cohaptic_server import serve
+from cohaptic_server import ServedRoom, serve
 
 pytestmark = pytest.mark.live
 
@@ -62,3 +62,24 @@ def test_one_room_can_be_served_twice_and_says_where_it_is_not() -> None:
     for _ in range(2):
         with served as room:
             assert room.wait(0.0)
+
+
+def test_a_script_lets_a_notebook_show_the_page_and_a_bounded_number_of_them() -> None:
+    given = "https://lab.example"
+
+    def policy(room: ServedRoom) -> str:
+        with urllib.request.urlopen(room.page, timeout=60.0) as page:
+            said: str = page.headers["Content-Security-Policy"]
+        return said.partition("frame-ancestors ")[2]
+
+    with serve("balloon", port=0, allow_frames=(given,)) as room:
+        assert policy(room) == given
+        room.allow_frame("http://localhost:8888")
+        room.allow_frame("http://localhost:8888")
+        assert policy(room) == f"{given} http://localhost:8888"
+        for wrong in ("*", "vscode-webview://1c2d", "http://a.example; script-src *"):
+            with pytest.raises(SettingError, match="frame"):
+                room.allow_frame(wrong)
+        for port in range(20):
+            room.allow_frame(f"http://localhost:{port}")
+        assert policy(room).split() == [given, *(f"http://localhost:{p}" for p in range(12, 20))]
