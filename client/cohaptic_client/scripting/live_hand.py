@@ -11,7 +11,7 @@ import logging
 import math
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cohaptic.errors import CloseCode, CohapticError, ServerLost, SettingError
+from cohaptic.errors import CohapticError, ServerLost, SettingError
 from cohaptic.protocol.messages import BodyInfo
 from cohaptic.protocol.patch import Patch
 from cohaptic.status.report import TouchStatus
@@ -23,7 +23,7 @@ from cohaptic_client.loop.added import reasons_of
 from cohaptic_client.loop.passed import Passed
 from cohaptic_client.network.conversation import Refused
 from cohaptic_client.network.marks import Value
-from cohaptic_client.network.watching import Watcher
+from cohaptic_client.network.watching import PASSING, Watcher
 from cohaptic_client.news import News
 from cohaptic_client.scripting.stream import Stream
 from cohaptic_client.settings import ClientSettings
@@ -36,9 +36,6 @@ log = logging.getLogger("cohaptic.hand")
 _WAITING: Final = 60.0
 _EVENTS: Final = 1000  # that may wait; a full room says a dozen when it comes together
 _READY: Final = 0.01  # s between looks whether the loop has begun
-# Refusals after which watching is tried again. Any other will come again, and would count against
-# the rate limits of everybody behind the same address.
-_PASSING: Final = {CloseCode.SERVER_STOPS.value, CloseCode.OBJECT_CHANGED.value}
 _TROUBLE: Final = {"fault", "device", "server", "machine"}
 
 
@@ -289,7 +286,7 @@ class LiveHand:
                 reason = await watcher.run(self._client.token)
             except Refused as refused:
                 reason = str(refused)
-                if refused.code not in _PASSING:
+                if refused.code not in PASSING:
                     self._tell(News("room", f"the tips of others are not seen: {reason}"))
                     return
             except CohapticError as error:
