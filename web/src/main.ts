@@ -27,3 +27,6 @@ new Page({
   misplaced: invitation.misplaced,
   key: KEY,
 }, PANELS);
+// A page that shows this one in a frame, such as a notebook, cannot see by itself whether the browser refused it. Without
+// a frame this goes to the page itself, which does not listen.
+parent.postMessage("cohaptic", "*");
