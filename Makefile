@@ -56,6 +56,7 @@ $(VENV)/.dev: $(VENV)/.made pyproject.toml constraints.txt
 	@touch $@ $(VENV)/.installed
 
 $(VENV)/.cluster: $(VENV)/.dev
+	@$(PIP) $(PINNED) -e ".[notebook-tests]"
 	@[ "$$(uname)" != Linux ] || $(PIP) $(PINNED) -e ".[cluster,cluster-tests]"
 	@touch $@
 

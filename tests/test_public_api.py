@@ -28,8 +28,8 @@ PUBLIC = {
     "cohaptic": """
         BodyError Clock CloseCode CohapticError DeviceError export_session FixedGains Hand
         HandScript Intention Law LinkSettings LocalProtocolError Place ProtocolError
-        read_recording read_session Recorder Recording RemoteProtocolError Rhythm Row rows_in
-        ServerLost Session SettingError SystemClock TouchStatus
+        read_recording read_session Recorder Recording RemoteProtocolError Rhythm RoomView Row
+        rows_in ServerLost Session SettingError SystemClock TouchStatus view
     """,
     "cohaptic_server": """
         Balloon BalloonSettings Body build_body check_body CohapticServer DenseResponse

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from cohaptic.clock import Clock as Clock
     from cohaptic.clock import SystemClock as SystemClock
     from cohaptic.control.law import Law as Law
+    from cohaptic.notebook import RoomView as RoomView
+    from cohaptic.notebook import view as view
     from cohaptic.protocol.messages import FixedGains as FixedGains
     from cohaptic.recording.archive import Recording as Recording
     from cohaptic.recording.archive import read_recording as read_recording
@@ -71,6 +73,7 @@ __all__ = [
     "Recording",
     "RemoteProtocolError",
     "Rhythm",
+    "RoomView",
     "Row",
     "ServerLost",
     "Session",
@@ -82,10 +85,13 @@ __all__ = [
     "read_recording",
     "read_session",
     "rows_in",
+    "view",
 ]
 
 # The module that defines each public name.
 _HOMES = {
+    "RoomView": "cohaptic.notebook",
+    "view": "cohaptic.notebook",
     "rows_in": "cohaptic.status.row",
     "Row": "cohaptic.status.row",
     "Place": "cohaptic.simulated.hand",
