@@ -19,7 +19,7 @@ _BLOCK = re.compile(
 _INCLUDED = re.compile(r'--8<-- "([^"]+)"')
 # Words that begin a command; a block without any is a drawing or a grammar.
 _PROGRAMS = (
-    "cohaptic|python|python3|pip|curl|make|ssh|docker|sudo|install|systemctl|journalctl|npm|"
+    "cohaptic|jupyter|python|python3|pip|curl|make|ssh|docker|sudo|install|systemctl|journalctl|npm|"
     r"\.venv/bin/\w+|/\S+/bin/\w+|\."
 )
 _COMMAND = re.compile(rf"(?:[A-Z_]+=\S+ )*(?:{_PROGRAMS})(?: .*)?")
@@ -34,7 +34,7 @@ NOT_PLAYED = {
     r"cohaptic devices (?:pulse|calibrate)|.*--device NAME": "needs hardware",
     r"cohaptic (?:touch --rule|why hunt\.npz)": "of a package: tests/examples/test_plugin.py",
     r"python -m (?:pip|build|zipfile|venv)|/tmp/try/": "of a release: .github/workflows/wheels.yml",
-    r"python examples/step_": "tests/examples/test_steps.py",
+    r"python examples/step_|jupyter lab": "tests/examples/test_steps.py",
     r"python benchmarks/many_objects\.py": "hours: a part of `make night`",
 }
 # Kinds of blocks that nothing here can play, and the tests that try what they show.

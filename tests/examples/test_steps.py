@@ -1,4 +1,4 @@
-"""The steps of the course in `examples/`, each as its own program."""
+"""The steps of the course in `examples/`, each as its own program or notebook."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any, cast
 
+import nbclient
+import nbformat
 import pytest
 
 FOLDER = Path(__file__).parents[2] / "examples"
@@ -14,8 +17,13 @@ STEPS = sorted(FOLDER.glob("step_*"))
 
 
 def step(number: int) -> Path:
-    (path,) = FOLDER.glob(f"step_{number}_*.py")
+    (path,) = FOLDER.glob(f"step_{number}_*")
     return path
+
+
+def read(path: Path) -> Any:
+    """A notebook, whose library has no types."""
+    return cast(Any, nbformat).read(path, as_version=4)
 
 
 def play(number: int, *arguments: str) -> str:
@@ -34,8 +42,13 @@ def forces(text: str) -> list[float]:
 def test_they_are_numbered_and_short() -> None:
     assert [int(path.name.split("_")[1]) for path in STEPS] == list(range(1, len(STEPS) + 1))
     for path in STEPS:
-        if path.suffix == ".py":
-            assert 20 <= len(path.read_text().splitlines()) <= 65, path.name
+        lines = path.read_text().splitlines()
+        if path.suffix == ".ipynb":
+            cells = read(path).cells
+            code = [cell for cell in cells if cell.cell_type == "code"]
+            assert not any(cell.outputs or cell.execution_count for cell in code)
+            lines = "\n".join(cell.source for cell in code).splitlines()
+        assert 20 <= len(lines) <= 65, path.name
 
 
 @pytest.mark.live
@@ -95,3 +108,20 @@ def test_7_the_other_hand_is_felt_over_any_network() -> None:
     felt = [float(newtons) for newtons in re.findall(r": ([\d.]+) N of", play(7))]
     assert len(felt) == 3
     assert min(felt) > 0.95 * max(felt) > 1.0
+
+
+@pytest.mark.live
+@pytest.mark.smoke
+def test_8_a_notebook_shows_a_room_and_its_forces() -> None:
+    book = read(step(8))
+    nbclient.NotebookClient(book, timeout=240, kernel_name="python3").execute()
+    outputs = [output for cell in book.cells for output in cell.get("outputs", [])]
+    view, forces, plot, said = outputs
+    assert "application/vnd.jupyter.widget-view+json" in view.data
+    assert "watching balloon" in view.data["text/plain"]
+    ann, bob = (float(newtons) for newtons in re.findall(r": ([\d.]+) N", forces.text))
+    # Each holds against the other through the balloon: bob alone has 1.4 N.
+    assert ann > 2.0
+    assert bob > 2.0
+    assert "image/png" in plot.data
+    assert "ann 0.00 N" in said.text
