@@ -28,7 +28,8 @@ PUBLIC = {
     "cohaptic": """
         BodyError Clock CloseCode CohapticError DeviceError export_session FixedGains Hand
         HandScript Intention Law LinkSettings LocalProtocolError Place ProtocolError
-        read_recording read_session Recorder Recording RemoteProtocolError Rhythm RoomView Row
+        read read_recording read_session record Recorder Recording RemoteProtocolError Rhythm
+        RoomRecording RoomView Row
         rows_in ServerLost Session SettingError SystemClock TouchStatus view
     """,
     "cohaptic_server": """

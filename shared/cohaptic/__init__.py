@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from cohaptic.clock import Clock as Clock
     from cohaptic.clock import SystemClock as SystemClock
     from cohaptic.control.law import Law as Law
+    from cohaptic.kept import RoomRecording as RoomRecording
+    from cohaptic.kept import record as record
     from cohaptic.notebook import RoomView as RoomView
     from cohaptic.notebook import view as view
     from cohaptic.protocol.messages import FixedGains as FixedGains
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
     from cohaptic.recording.recorder import Recorder as Recorder
     from cohaptic.sessions.export import export_session as export_session
     from cohaptic.sessions.tables import Session as Session
+    from cohaptic.sessions.tables import read as read
     from cohaptic.sessions.tables import read_session as read_session
     from cohaptic.simulated.delay_line import LinkSettings as LinkSettings
     from cohaptic.simulated.hand import Hand as Hand
@@ -73,6 +76,7 @@ __all__ = [
     "Recording",
     "RemoteProtocolError",
     "Rhythm",
+    "RoomRecording",
     "RoomView",
     "Row",
     "ServerLost",
@@ -82,14 +86,19 @@ __all__ = [
     "TouchStatus",
     "__version__",
     "export_session",
+    "read",
     "read_recording",
     "read_session",
+    "record",
     "rows_in",
     "view",
 ]
 
 # The module that defines each public name.
 _HOMES = {
+    "RoomRecording": "cohaptic.kept",
+    "record": "cohaptic.kept",
+    "read": "cohaptic.sessions.tables",
     "RoomView": "cohaptic.notebook",
     "view": "cohaptic.notebook",
     "rows_in": "cohaptic.status.row",

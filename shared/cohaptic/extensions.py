@@ -5,7 +5,7 @@ Groups:
     cohaptic.devices: Devices, each a `DeviceKind`.
     cohaptic.bodies: Bodies, each a class or a function that is called without arguments.
     cohaptic.rules: Rules of the haptic loop, each a law, a filter or a limit.
-    cohaptic.notebook: The function behind `cohaptic.view`, of the client.
+    cohaptic.scripting: The functions behind `cohaptic.view` and `cohaptic.record`, of the client.
     cohaptic.routes: Services of a server in addition to touching and watching, each a `Route`.
 
 No other package can replace an entry point of cohaptic's own. If two other packages add the same

@@ -93,6 +93,6 @@ def view(
     if not isinstance(server, str) and not server.url:
         limit = "served meanwhile, as in the block of `with room:` or after `room.__enter__()`"
         raise SettingError("room", "not served", limit)
-    open_view = load("cohaptic.notebook", "view", FunctionType)
+    open_view = load("cohaptic.scripting", "view", FunctionType)
     opened: RoomView = open_view(server, token=token, page=page, rate=rate, height=height)
     return opened

@@ -169,28 +169,10 @@ async def _next(ws: ClientConnection) -> bytes:
 
 @contextlib.contextmanager
 def record(
-    path: str | Path, room: object, *, token: str = "", ca_file: str = "", insecure: bool = False
+    path: str | Path, url: str, *, token: str = "", ca_file: str = "", insecure: bool = False
 ) -> Generator[RoomRecording]:
-    """Record a room while the block runs, to a file of this machine.
-
-    Everybody in the room is told. The file has what the server hears and answers, and every haptic
-    period of the clients that send their rows (those of `cohaptic touch` and of scripts do).
-
-    Args:
-        path: Session file (`.mcap`) that does not exist yet, or a folder in which it gets a name.
-        room: Address of the room, the link of an invitation, or a room of `cohaptic_server.serve`.
-        token: Token that may record (`cohaptic token --record`). A server without access control
-            lets programs of its own machine record.
-        ca_file: File with the certificates to trust; empty for the system's certificates.
-        insecure: Whether to send a token without TLS.
-
-    Raises:
-        SettingError: The file exists or cannot be made, or something else records the session.
-        ServerLost: No server answers, or the connection was lost; the file has what came until
-            then.
-        Refused: The server does not let this program record.
-    """
-    address = read_address(str(getattr(room, "url", room)))
+    """Record a room while the block runs; arguments and errors are those of `cohaptic.record`."""
+    address = read_address(url)
     token = address.token or token
     if token:
         check_secrecy(address.url, insecure=insecure)

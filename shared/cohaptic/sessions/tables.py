@@ -419,3 +419,6 @@ def _patch_record(entry: Patched) -> dict[str, Any]:
         "k_h": patch.k_h,
         "lag": patch.room.lag,
     }
+
+
+read = read_session  # for `cohaptic.read("s01")`

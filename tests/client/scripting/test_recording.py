@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from cohaptic import record
 from cohaptic.errors import CloseCode, CohapticError, ServerLost, SettingError
 from cohaptic.sessions.entries import Rows
 from cohaptic.sessions.reader import Outline, read_entries
 from cohaptic_client import joined
 from cohaptic_client.network.conversation import Refused
-from cohaptic_client.scripting.recording import record
 from cohaptic_server import serve
 from cohaptic_server.access.admission import Admission
 from cohaptic_server.access.keys import Grants
