@@ -17,14 +17,19 @@ from typing import Any, Literal
 from cohaptic.errors import OutputError, SettingError
 from cohaptic.runtime.new_file import name_beside, real, write_new
 from cohaptic.sessions.bids import write_bids
-from cohaptic.sessions.tables import Session, Table, library, read_session
+from cohaptic.sessions.tables import Progress, Session, Table, library, read_session
 
 Form = Literal["parquet", "csv", "hdf5", "bids"]
 FORMS: tuple[Form, ...] = ("parquet", "csv", "hdf5", "bids")
 TABLES = ("rows", "patches", "marks", "events", "links", "lost")
 
 
-def export_session(path: Path | str, out: Path | str, to: Form = "parquet") -> Path:
+def export_session(
+    path: Path | str,
+    out: Path | str,
+    to: Form = "parquet",
+    progress: Progress = lambda phase, fraction: None,
+) -> Path:
     """Write a session for other programs.
 
     Args:
@@ -34,6 +39,7 @@ def export_session(path: Path | str, out: Path | str, to: Form = "parquet") -> P
             with what holds for all and the units of the columns. `hdf5`: one file, with a group for
             each table and in it a data set for each column, with its `units` as attribute. `bids`:
             a data set of BIDS Motion, with each person as a participant.
+        progress: Called with `reading` or `writing`, and the finished fraction of this phase.
 
     Returns:
         The path of what was written.
@@ -52,7 +58,8 @@ def export_session(path: Path | str, out: Path | str, to: Form = "parquet") -> P
         library("pyarrow")
     if to == "hdf5":
         library("h5py")
-    session = read_session(path)
+    session = read_session(path, progress=progress)
+    progress("writing", 0.0)
     if to == "hdf5":
         content = _hdf5(session)
         write_new(out, lambda file: file.write(content), overwrite=False)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections import Counter
-from collections.abc import Generator, Iterator
+from collections.abc import Collection, Generator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -81,7 +81,10 @@ class Outline:
 
 
 def read_entries(
-    path: Path, start: float | None = None, end: float | None = None
+    path: Path,
+    start: float | None = None,
+    end: float | None = None,
+    only: Collection[type[Written]] | None = None,
 ) -> Iterator[Entry]:
     """Yield the entries of a session file in the order of their times.
 
@@ -93,13 +96,15 @@ def read_entries(
         start: Earliest time of an entry on the server's clock [s]; None for the first. A block of
             rows has the time of its first row.
         end: Time before which the entries are [s]; None for all.
+        only: Classes of the entries to yield; None for all. Others are not decoded, and chunks
+            without any of these are not read.
 
     Raises:
         SettingError: The file cannot be read, holds no session, or has an entry that no writer
             writes.
     """
     with _opened(path) as container:
-        yield from _entries(container, start, end)
+        yield from _entries(container, start, end, only)
 
 
 @contextlib.contextmanager
@@ -129,11 +134,17 @@ def _check_form(library: str) -> None:
         raise Unreadable(f"a file of form {FORM} or older; a newer version of cohaptic reads it")
 
 
-def _entries(container: Container, start: float | None, end: float | None) -> Iterator[Entry]:
+def _entries(
+    container: Container,
+    start: float | None,
+    end: float | None,
+    only: Collection[type[Written]] | None,
+) -> Iterator[Entry]:
     info = _info(container)
     low = -1.0 if start is None else _bound(start, info)
     high = math.inf if end is None else _bound(end, info)
-    spans = [span for span in container.spans if span.end >= low and span.start <= high]
+    read = container.spans if only is None else _with(container, *only)
+    spans = [span for span in read if span.end >= low and span.start <= high]
     # What comes before all that later chunks have can go; rows come in later than their times.
     horizon, later = list[float](), math.inf
     for span in reversed(spans):
@@ -150,7 +161,7 @@ def _entries(container: Container, start: float | None, end: float | None) -> It
             waiting.append((span.start, count, gap, 0))
             count += 1
         for item in items:
-            if (entry := _entry(container, item)) is None:
+            if (entry := _entry(container, item, only)) is None:
                 continue
             if (start is None or entry.t >= start) and (end is None or entry.t < end):
                 weight = len(item.data) + 100
@@ -181,8 +192,10 @@ def _seconds(time: int, info: SessionInfo) -> float:
     return (time - round(info.to_wall * 1e9)) / 1e9
 
 
-def _entry(container: Container, item: Item) -> Written | None:
-    """Return the entry of a message; None for one of another channel.
+def _entry(
+    container: Container, item: Item, only: Collection[type[Written]] | None = None
+) -> Written | None:
+    """Return the entry of a message; None for one of another channel, or of a class not in `only`.
 
     Raises:
         Unreadable: No writer writes such a message.
@@ -190,6 +203,8 @@ def _entry(container: Container, item: Item) -> Written | None:
     topic, encoding = container.channels.get(item.channel, ("", ""))
     channel = BY_TOPIC.get(topic)
     if channel is None or channel.encoding != encoding:
+        return None
+    if only is not None and channel.entry not in only:
         return None
     try:
         return decode(channel, item.data)

@@ -41,12 +41,14 @@ from cohaptic.sessions.reader import Outline, read_entries
 from cohaptic.status.row import COLUMNS, EXACT
 
 Floats = npt.NDArray[np.float64]
+Progress = Callable[[str, float], None]  # takes a phase and its finished fraction, 0 to 1
 Table = Any  # A pandas.DataFrame, which has no types of its own.
 
 AXES = ("x", "y", "z", "fx", "fy", "fz")  # of a hand: tip [m], and force on the hand [N]
 # Samples of all hands on one grid: an hour of eight users at 1 kHz has 29 million of each axis.
 _MOST_SAMPLES = 200_000_000
 
+_SHOWN = 0.002  # of a file; a finer step of its progress is not seen
 _METRES = ("x", "y", "z", "u_others", "indentation")
 _SECONDS = ("late", "patch_age", "lag")
 _STIFFNESS = ("k_h", "k_o", "gain_cut")
@@ -211,6 +213,7 @@ def read_session(
     start: float | None = None,
     end: float | None = None,
     columns: Collection[str] | None = None,
+    progress: Progress = lambda phase, fraction: None,
 ) -> Session:
     """Read a session file into memory.
 
@@ -221,6 +224,8 @@ def read_session(
         start: Earliest time [s]; None for the first.
         end: Time before which the entries are [s]; None for all.
         columns: Columns of the rows to keep besides time and user; None for all.
+        progress: Called with `reading` and the fraction of the file that was read,
+            at most 500 times.
 
     Raises:
         SettingError: The file cannot be read, or holds no session; a column has an unknown name; or
@@ -233,8 +238,12 @@ def read_session(
             raise SettingError("columns", name, f"one of {', '.join(COLUMNS)}")
     outline = Outline.of(path)  # who was there, also before the times that are asked for
     found = _Gathered(wanted=None if columns is None else set(columns))
+    shown = 0.0
     for entry in read_entries(path, start, end):
         found.add(entry)
+        if (fraction := (entry.t - outline.first) / max(outline.seconds, 1e-9)) > shown:
+            progress("reading", min(1.0, fraction))
+            shown = fraction + _SHOWN
     return Session(
         info=outline.info,
         users=outline.users,
