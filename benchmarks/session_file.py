@@ -8,13 +8,15 @@ which is most of what a column of times holds. A session of `--minutes` repeats 
 later times, so that no chunk sees them twice. Given are the size for each minute of each user, the
 processor's time for each second of session with and without the messages for Foxglove, what an
 entry costs the one who adds it, and the time to find the outline and the entries of one second in
-the middle of the file, with its index and without.
+the middle of the file, with its index and without. What `cohaptic replay` does is given as the time
+to open the file, and to go to a moment: the scenes of the stretch in which it is, and a ledger.
 """
 
 from __future__ import annotations
 
 import math
 import os
+import struct
 import tempfile
 import time
 from collections.abc import Iterator
@@ -43,6 +45,7 @@ from cohaptic.sessions.entries import (
 )
 from cohaptic.sessions.reader import Outline, read_entries
 from cohaptic.sessions.recorder import SessionRecorder
+from cohaptic.sessions.replay import Replay
 from cohaptic.sessions.writer import SessionFile
 from cohaptic.simulated.hand import HandScript, Rhythm
 from cohaptic.status.row import COLUMNS
@@ -54,6 +57,9 @@ from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.room.watch.scene_broadcast import records
 
+STRETCH = 4.0  # s of scenes that the page of a replay fetches at once
+JUMPS = 20  # moments to which the replay goes
+_SCENE_TIME, _SCENE_TIME_AT = struct.Struct("<d"), 8  # of the frame of a scene, docs/protocol.md
 BATCH = 0.1  # s of rows that a client sends at once
 LATE = 5e-5  # s, usual lateness of a period on a machine that does little else
 
@@ -150,6 +156,10 @@ def later(entry: Written, by: float) -> Written:
         table = np.frombuffer(moved.block).reshape(-1, len(moved.columns)).copy()
         table[:, 0] += by
         moved = replace(moved, block=table.tobytes())
+    if isinstance(moved, Shown):
+        frame = bytearray(moved.frame)
+        _SCENE_TIME.pack_into(frame, _SCENE_TIME_AT, moved.t)
+        moved = replace(moved, frame=bytes(frame))
     return moved
 
 
@@ -180,9 +190,10 @@ def main() -> None:
             }
             results.append({"plots": plots, "users": options.users, **row})
             print("; ".join(f"{name} {value:.4g}" for name, value in row.items()), f"plots {plots}")
-        results.append(_seek(path, info.t + 0.5 * seconds, "with its index"))
+        middle = info.t + 0.5 * seconds
+        results += [_seek(path, middle, "with its index"), _replay(path, "with its index")]
         os.truncate(path, path.stat().st_size - 1000)
-        results.append(_seek(path, info.t + 0.5 * seconds, "without an index"))
+        results += [_seek(path, middle, "without an index"), _replay(path, "without an index")]
     results.append(_add(info, entries, options.sample))
     json_report.write(options, results)
 
@@ -221,6 +232,28 @@ def _seek(path: Path, t: float, words: str) -> json_report.Result:
         f" {second:.3f} s"
     )
     return {"seek": words, "outline_s": glance, "first_s": found, "second_s": second}
+
+
+def _replay(path: Path, words: str) -> json_report.Result:
+    """What a page of a replay waits for: at first, and at moments all over the session."""
+    start = time.perf_counter()
+    opened = Replay.of(path)
+    first = time.perf_counter() - start
+    seeks, ledgers = list[float](), list[float]()
+    for t in np.linspace(opened.first, opened.last - STRETCH, JUMPS).tolist():
+        start = time.perf_counter()
+        opened.scenes(t, t + STRETCH)
+        seeks.append(time.perf_counter() - start)
+        start = time.perf_counter()
+        opened.why(1, t + 1.0)
+        ledgers.append(time.perf_counter() - start)
+    print(
+        f"{words}: a replay opens in {first:.3f} s, has a stretch of {STRETCH:g} s in at most"
+        f" {max(seeks):.3f} s, and a ledger in {max(ledgers):.3f} s"
+    )
+    return {
+        "replay": words, "open_s": first, "stretch_s": max(seeks), "why_s": max(ledgers)
+    }  # fmt: skip
 
 
 def _add(info: SessionInfo, entries: list[Written], sample: float) -> json_report.Result:

@@ -9,6 +9,7 @@ writer.py      the file of a session in progress, which one process owns
 recorder.py    takes entries from a server without holding it up, and writes them in a thread
 container.py   chunks of an MCAP file, of a stranger or of a killed process too
 reader.py      the entries of a file in the order of their times, and what is in it at a glance
+replay.py      a file as a replay shows it: an overview, scenes by stretches, and why a force was
 tables.py      a session as pandas tables on one clock
 export.py      the tables as Parquet, CSV or HDF5
 bids.py        a session as a data set of BIDS Motion
