@@ -124,7 +124,7 @@ class GreenBlocks:
 
 
 DOWNLOAD_TIMEOUT = 15.0  # s for a file to go out
-_PATIENCE = 4.0  # s for a block to be solved, after which the page must ask again
+BLOCK_PATIENCE = 4.0  # s for a block to be solved, after which the page must ask again
 _ALIVE = 2.0  # s since the last tick, within which the server counts as healthy
 
 
@@ -205,7 +205,7 @@ class Web:
         """
         source = green_source(body)
         model = None if source is None else model_name(source)
-        blocks = None if source is None else GreenBlocks(solve or _solver(source))
+        blocks = None if source is None else GreenBlocks(solve or solver(source))
         site = Site(self._page, model, len(body.mesh.vertices), self._settings.allow_frames)
         self.close()
         self.model, self._blocks, self._site = model, blocks, site
@@ -256,11 +256,11 @@ class Web:
         answer = self._site.answer(plain_request, ticking=ticking)
         if isinstance(answer, BlockNeeded):
             assert self._blocks is not None
-            block = await self._blocks.block(answer.vertex, _PATIENCE)
+            block = await self._blocks.block(answer.vertex, BLOCK_PATIENCE)
             # Another body, without this model, may have replaced the body meanwhile.
             gone = block is None and self._site.answer(plain_request, ticking=ticking)
             answer = gone if isinstance(gone, Answer) else green_block(plain_request, block)
-        return self._counted(connection, plain_request, answer)
+        return counted(self._limiter, connection, plain_request, answer)
 
     def _hosts_for_others(self) -> tuple[str, ...]:
         settings = self._settings
@@ -300,16 +300,6 @@ class Web:
         """Number of vertices whose Green's functions are being solved or queued."""
         return 0 if self._blocks is None else self._blocks.waiting
 
-    def _counted(self, connection: Wire, request: Request, answer: Answer) -> Response:
-        """Return the response, with its bytes counted; a refusal if too many unread bytes wait."""
-        size = len(answer.body)
-        refusal = self._limiter.sources.respond(connection.source, size, self._clock.now())
-        if refusal is None:
-            connection.count_response(size)
-            return response(answer)
-        self._limiter.traffic.spent["unread bytes"] += 1
-        return response(too_many(request, refusal))
-
     def close(self) -> None:
         """Cancel the queued solves of Green's functions."""
         if self._blocks is not None:
@@ -327,6 +317,19 @@ def _own_address(connection: ServerConnection) -> str | None:
     return str(own[0]) if own and not isinstance(own, str) else None
 
 
+def counted(
+    limiter: ConnectionLimiter, connection: Wire, request: Request, answer: Answer
+) -> Response:
+    """Return the response, with its bytes counted; a refusal if too many unread bytes wait."""
+    size = len(answer.body)
+    refusal = limiter.sources.respond(connection.source, size, limiter.clock.now())
+    if refusal is None:
+        connection.count_response(size)
+        return response(answer)
+    limiter.traffic.spent["unread bytes"] += 1
+    return response(too_many(request, refusal))
+
+
 def too_many(request: Request, refusal: Refusal) -> Answer:
     """Return the response to a refused request, with the time after which to try again."""
     retry = ("Retry-After", str(int(refusal.retry) + 1))
@@ -334,7 +337,8 @@ def too_many(request: Request, refusal: Refusal) -> Answer:
     return text(request, status.value, status.phrase, f"{refusal.why}\n", retry)
 
 
-def _solver(source: GreenSource) -> Callable[[int], bytes]:
+def solver(source: GreenSource) -> Callable[[int], bytes]:
+    """Return a function that solves for a vertex's Green's functions and encodes them."""
     return lambda vertex: encode_block(source.green(vertex))
 
 

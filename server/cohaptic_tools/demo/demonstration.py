@@ -6,7 +6,6 @@ import contextlib
 import signal
 import tempfile
 import threading
-import webbrowser
 from collections.abc import Generator
 from dataclasses import replace
 from pathlib import Path
@@ -21,11 +20,11 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.object_options import ObjectOptions
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.resolved_object import resolved
-from cohaptic_server.http.routes import has_page, load_page
 from cohaptic_server.objects.cost import Demand
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.listener import page_address
 from cohaptic_server.touchable import is_file
+from cohaptic_tools.browser import open_page
 from cohaptic_tools.demo.capacity import measure, rate_for
 from cohaptic_tools.demo.live_view import watch
 from cohaptic_tools.demo.processes import DemoFailed, Stage
@@ -190,24 +189,3 @@ def _stop_on_interrupt() -> threading.Event:
     signal.signal(signal.SIGINT, interrupted)
     signal.signal(signal.SIGTERM, interrupted)
     return stop
-
-
-def open_page(address: str) -> bool:
-    """Open the web page in a graphical browser; return False if there is no page or browser.
-
-    A browser that runs in the terminal would hide the live view.
-    """
-    if not has_page(load_page()):
-        return False
-    try:
-        browser = webbrowser.get()
-    except webbrowser.Error:
-        return False
-    return not in_terminal(browser) and browser.open(address)
-
-
-def in_terminal(browser: webbrowser.BaseBrowser) -> bool:
-    """Whether a browser runs in the terminal that started it."""
-    return isinstance(browser, webbrowser.GenericBrowser) and not isinstance(
-        browser, webbrowser.BackgroundBrowser
-    )
