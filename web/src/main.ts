@@ -13,7 +13,8 @@ addEventListener("hashchange", () => {
   if (invitation.read()) location.reload();
 });
 const address = location.href;
-new Page({
+if (location.search.startsWith("?session")) void import("./session/start").then(({ start }) => start(address)); // `cohaptic replay`
+else new Page({
   address,
   openStore: () => openWatch(address, "forces", 30, invitation),
   startTouch: (settings, beside) => {

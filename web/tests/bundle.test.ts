@@ -52,9 +52,9 @@ test("words, buttons and socket come without the graphics, in 53 kB", () => {
   expect(zipped(...codeOf(first), ...styles, ...assets(".html"))).toBeLessThan(53 * kB);
 });
 
-test("all before the first touch comes in 218 kB, without what only an upload, an engineer or a dent needs", () => {
+test("all before the first touch comes in 218 kB, without what only an upload, an engineer, a dent or a recorded session needs", () => {
   const needed = new Set([...withImports("index"), ...withImports("scene_view")]);
-  const later = ["/view/preview.ts", "/campaign_rooms.json", "/pointing/lean.ts", "/plots/strip_chart.ts"];
+  const later = ["/view/preview.ts", "/campaign_rooms.json", "/pointing/lean.ts", "/plots/strip_chart.ts", "/session/start.ts"];
   expect([...needed].flatMap(({ moduleIds }) => moduleIds).filter((id) => later.some((name) => id.endsWith(name)))).toEqual([]);
   const workers = output.filter(({ fileName }) => fileName.includes("worker-"));
   expect(workers.length).toBe(1);

@@ -27,6 +27,7 @@ const ORDER: readonly (readonly string[])[] = [
   ["company", "page/replay"],
   ["page"],
   ["panels"],
+  ["session"],
 ];
 /** Modules beside the folders: `address.ts` is a leaf, `main.ts` puts everything together. */
 const LOOSE: Readonly<Record<string, number>> = { "address.ts": -1, "main.ts": ORDER.length };
@@ -47,7 +48,8 @@ function importsOf(module: string): string[] {
   const { importedFiles } = ts.preProcessFile(readFileSync(join(SRC, module), "utf8"), true, true);
   return importedFiles
     .filter(({ fileName }) => fileName.startsWith("."))
-    .map(({ fileName }) => (fileName.endsWith(".json") ? fileName : `${fileName}.ts`))
+    .map(({ fileName }) => fileName.replace(/\?inline$/, ""))
+    .map((name) => (/\.(json|css)$/.test(name) ? name : `${name}.ts`))
     .map((name) => relative(SRC, resolve(SRC, dirname(module), name)).replaceAll("\\", "/"));
 }
 

@@ -10,6 +10,40 @@ export interface ToldLoad {
   readonly force: Vec3;
 }
 
+/** A moment of a recorded session to which people want to jump. */
+export interface Moment {
+  /** Time on the server's clock [s]. */
+  readonly t: number;
+  readonly kind: "joined" | "left" | "mark" | "event" | "damage";
+  /** Number of the user whom it concerns; null for nobody. */
+  readonly user: number | null;
+  readonly text: string;
+}
+
+/** A recorded session in a file, of which a page holds some seconds. Times are on the server's clock [s]. */
+export interface RecordedSession {
+  /** Name of the file. */
+  readonly name: string;
+  readonly first: number;
+  readonly last: number;
+  /** Time at which its replay begins. */
+  readonly start: number;
+  /** Joins, leaves, marks and events, by rising time. */
+  readonly moments: readonly Moment[];
+  /** Time to which a part of the page wants to go; the replay takes it with its next picture. */
+  wanted: number | null;
+  /** Whether the scenes at a time are there. */
+  has(t: number): boolean;
+  /** Why no scenes come, in words; empty for no reason. */
+  readonly trouble: string;
+  /**
+   * The part round a time, which may not have come yet; what is needed next is fetched.
+   *
+   * @param speed Seconds of the session in a second.
+   */
+  round(t: number, speed: number): Recording;
+}
+
 export interface Recording {
   readonly mesh: RestMesh;
   readonly info: { readonly body: BodyInfo };

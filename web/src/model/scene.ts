@@ -10,7 +10,7 @@ import type { BodyInfo, RestMesh, RoomLag } from "./body";
 import type { GeometryName, LawName } from "./laws";
 import type { CompanyLink } from "./company";
 import type { Order, Restraints } from "./orders";
-import type { Recording } from "./recording";
+import type { RecordedSession, Recording } from "./recording";
 import type { Subscribe } from "./subscribe";
 import type { Vec3 } from "./vec";
 
@@ -183,6 +183,8 @@ export interface UserHistory {
 
 /** The page's copy of the scene. Made by `openWatch` (`watch/connection.ts`). */
 export interface SceneStore {
+  /** The recorded session that the page shows; absent where it shows a room. */
+  readonly file?: RecordedSession;
   readonly status: WatchStatus;
   /** The room; null before the first message `watching`. */
   readonly info: WatchInfo | null;

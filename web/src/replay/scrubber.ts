@@ -1,8 +1,9 @@
 /** State of a replay as values: each control is a function from one state to the next. */
 
-/** Speeds of a replay as shares of real time. */
+/** Speeds of a replay as shares of real time: of the last minute, and of a recorded session. */
 export const SPEEDS = [1, 0.25, 0.1] as const;
-export type Speed = (typeof SPEEDS)[number];
+export const SESSION_SPEEDS = [0.1, 0.25, 1, 2, 5, 10] as const;
+export type Speed = (typeof SPEEDS)[number] | (typeof SESSION_SPEEDS)[number];
 
 /** Longest step of a replay in one picture, so that a page that slept does not run through all that it missed [s]. */
 const LONGEST_STEP = 0.25;
@@ -50,6 +51,16 @@ export function step(s: Scrubber, times: Float64Array, by: 1 | -1): Scrubber {
   // Between two frames a step back goes to the frame just before.
   const on = by > 0 ? here + 1 : times[here] === s.t ? here - 1 : here;
   return { ...seek(s, times[Math.min(times.length - 1, Math.max(0, on))] ?? s.t), playing: false };
+}
+
+/** Time after a moment within which a step back goes to the one before, as far as speed 1 goes meanwhile [s]. */
+const JUST_NOW = 0.7;
+
+/** The next moment, or the one before; null where there is none. */
+export function moment<M extends { readonly t: number }>(s: Scrubber, moments: readonly M[], by: 1 | -1): M | null {
+  if (by > 0) return moments.find(({ t }) => t > s.t) ?? null;
+  const before = s.t - (s.playing ? JUST_NOW * s.speed : 0);
+  return moments.findLast(({ t }) => t < before) ?? null;
 }
 
 /** Number of the last time that is not after `t`; -1 for none. `times` rises. */

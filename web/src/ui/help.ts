@@ -28,6 +28,13 @@ const WORDS: Readonly<Record<KeyAction, readonly [string, string] | null>> = {
   escape: ["Esc", "close, let go"],
 };
 
+/** Keys of a recorded session, and actions of the page that are left there. */
+const SESSION_KEYS: readonly (readonly [string, string])[] = [
+  ["Space", "play, pause"], ["\u2190 \u2192", "a frame back, on"], ["Shift \u2190 \u2192", "a second back, on"],
+  ["N", "to the next mark or event"], ["Shift N", "to the one before"], ["Home End", "to the beginning, to the end"],
+];
+const IN_SESSIONS: readonly KeyAction[] = ["left", "closer", "reset", "full", "delay", "theme", "help"];
+
 /** Keys of a replay and their effects, as the help shows them. */
 const REPLAY_KEYS: readonly (readonly [string, string])[] = [
   ["Space", "play, pause"], ["\u2190 \u2192", "a frame back, on"], ["Shift \u2190 \u2192", "a second back, on"],
@@ -37,9 +44,10 @@ const REPLAY_KEYS: readonly (readonly [string, string])[] = [
 export class Help {
   readonly root: HTMLDialogElement;
 
-  constructor() {
+  /** @param session Whether the page shows a recorded session. */
+  constructor(session = false) {
     const rows = SHORTCUTS.flatMap(({ action }) => {
-      const told = WORDS[action];
+      const told = session && !IN_SESSIONS.includes(action) ? null : WORDS[action];
       return told === null ? [] : [row(...told)];
     });
     const close = el(
@@ -57,21 +65,20 @@ export class Help {
           + "a stem with a name, an arrow as long as the force on it, and a sheet: the surface that its own haptic loop presses "
           + "on between two messages of the server.",
       }),
-      el("h3", { text: "Touch" }),
-      el("p", {
+      ...(session ? [] : [el("h3", { text: "Touch" }), el("p", {
         text: "Press on the object and hold: that brings your hand in. Drag to slide. The wheel, Shift with a drag, a pen\u2019s "
           + "pressure or a second finger go deeper. With friction your finger sticks, and others drag it along. Beside the object a "
           + "drag turns the view; two fingers or the wheel zoom.",
-      }),
+      })]),
       el("h3", { text: "Keys" }),
       el("p", { text: "With another alphabet, each letter is the key that a Latin keyboard has in its place." }),
       el("dl", { class: "keys" }, ...rows),
       el("h3", { text: "Keys of the replay" }),
-      el("p", {
+      session ? null : el("p", {
         text: "The page keeps the last minute of what it received. While it shows a time of before, the picture has a frame and no "
           + "full colour; your own hand lets go of the object, stays in the room, and its force in the dock is that of now.",
       }),
-      el("dl", { class: "keys" }, ...REPLAY_KEYS.map(([keys, words]) => row(keys, words))),
+      el("dl", { class: "keys" }, ...(session ? SESSION_KEYS : REPLAY_KEYS).map(([keys, words]) => row(keys, words))),
     );
     this.root.addEventListener("click", (event) => {
       if (event.target === this.root) this.root.close();

@@ -61,4 +61,28 @@ describe("a recording", () => {
     expect(player.hand(1, 100.05)?.probe[0]).toBeCloseTo(0.05, 6);
     expect(player.hand(2, 100.05)).toBeNull();
   });
+
+  test("moves the surface straight between scenes that have it, past those that have not", () => {
+    const times = Array.from({ length: 13 }, (_, k) => 100 + k / 60);
+    const frames = times.map((t, k) => sceneFrame(k + 1, t, [record(1)], k % 4 === 0 ? 100 * k : null));
+    const player = new Player({ ...recording(true, null, times), frames, interval: 1 / 60 });
+    for (const k of [0, 1, 2, 3, 4, 7.5, 11, 12]) expect(player.at(100 + k / 60).positions[0], `${k}`).toBeCloseTo(0.1 + 1e-3 * k, 5);
+  });
+
+  test("goes on with the surfaces of the part before", () => {
+    const before = new Player(recording(true));
+    const { positions } = before.at(100.5);
+    const part = recording(true);
+    const after = new Player({ ...part, times: part.times.slice(3), frames: part.frames.slice(3) }, before);
+    expect(after.at(101.25).positions).toBe(positions);
+    expect(positions[0]).toBeCloseTo(0.1 + 1.25e-3, 6);
+  });
+
+  test("shows a damaged surface of a file as none", () => {
+    const damaged = sceneFrame(2, 100.1, [record(1)], 50);
+    damaged.set([0, 0, 0, 0], damaged.length - 4);
+    const frames = [sceneFrame(1, 100, [record(1)], 50), damaged];
+    const shown = new Player({ ...recording(true, null, [100, 100.1]), frames }).at(100.1);
+    expect(shown.positions[0]).toBeCloseTo(0.1005, 6);
+  });
 });

@@ -1,5 +1,5 @@
 import { describe, expect, test } from "vitest";
-import { advance, begin, lastBefore, pace, play, seek, type Scrubber, SPEEDS, step } from "../../src/replay/scrubber";
+import { advance, begin, lastBefore, moment, pace, play, seek, type Scrubber, SPEEDS, step } from "../../src/replay/scrubber";
 
 const TIMES = Float64Array.from([100, 100.5, 101, 103]);
 const there = (s: Scrubber): boolean => s.t >= s.from && s.t <= s.to;
@@ -56,4 +56,16 @@ test("the last time that is not after another is found", () => {
   for (let t = 99; t < 105; t += 0.25) {
     expect(lastBefore(TIMES, t)).toBe([...TIMES].filter((x) => x <= t).length - 1);
   }
+});
+
+test("moments are reached one after another; while it plays, a step back does not stay at the one that was just passed", () => {
+  const moments = [{ t: 100.2 }, { t: 101 }, { t: 102 }];
+  let s = seek(begin(TIMES), 0);
+  const seen: number[] = [];
+  for (let to = moment(s, moments, 1); to !== null; to = moment(s, moments, 1)) seen.push((s = seek(s, to.t)).t);
+  expect(seen).toEqual([100.2, 101, 102]);
+  expect(moment(s, moments, -1)?.t).toBe(101);
+  expect(moment(seek(s, 101.3), moments, -1)?.t).toBe(101);
+  expect(moment(play(seek(s, 101.3), true), moments, -1)?.t).toBe(100.2);
+  expect(moment(seek(s, 100.2), moments, -1)).toBeNull();
 });

@@ -13,7 +13,7 @@ const LEAST = 1; // N; the bars of a smaller force are no longer
 const NAMES = Object.keys(ENTRIES) as EntryName[];
 
 /** One rule: its words, its bar, and its newtons now and at most in the last seconds. */
-interface Row {
+export interface Row {
   readonly root: HTMLElement;
   readonly bar: HTMLElement;
   readonly now: HTMLElement;
@@ -99,7 +99,7 @@ export function reach(ledger: Ledger): number {
   return most;
 }
 
-function row(name: string, words: string): Row {
+export function row(name: string, words: string): Row {
   const bar = el("span", { class: "ledger-bar" });
   const [now, most] = [el("td"), el("td")];
   const what = el("th", { attrs: { scope: "row" } }, el("b", { text: name }), words === name ? null : ` ${words}`, el("span", { class: "ledger-track", attrs: { "aria-hidden": "true" } }, bar));
@@ -107,7 +107,7 @@ function row(name: string, words: string): Row {
 }
 
 /** Show an entry, which begins where those before it end; `most` is null where it is not to be told. */
-function fill({ root, bar, now, most }: Row, from: number, newtons: number, strongest: number | null, full: number): void {
+export function fill({ root, bar, now, most }: Row, from: number, newtons: number, strongest: number | null, full: number): void {
   const low = Math.max(0, Math.min(from, from + newtons));
   bar.style.transform = `translateX(${((100 * low) / full).toFixed(2)}%) scaleX(${(Math.abs(newtons) / full).toFixed(4)})`;
   bar.classList.toggle("less", newtons < 0);

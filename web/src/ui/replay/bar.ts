@@ -1,6 +1,7 @@
 /** The controls of the replay: a timeline with pause, steps, speed, outlines for delay, and the return to live. */
 
-import type { Speed } from "../../replay/scrubber";
+import type { RecordedSession } from "../../model/recording";
+import { SESSION_SPEEDS, type Speed } from "../../replay/scrubber";
 import { type Choice, choice, el, iconButton, say, show } from "../dom";
 import { icon } from "../icons";
 
@@ -13,6 +14,8 @@ export interface BarActions {
   readonly delay: () => void;
   readonly live: () => void;
   readonly close: () => void;
+  /** Go to the next moment of a session, or to the one before. */
+  readonly jump: (by: 1 | -1) => void;
 }
 
 /** State that the bar shows. */
@@ -25,6 +28,8 @@ export interface BarState {
   /** Share of the shown time in the recording, 0 to 1. */
   readonly share: number;
   readonly when: string;
+  /** Words of the moment of a session that was reached last; empty for none. */
+  readonly moment: string;
   /** Words on a problem; empty for none. */
   readonly trouble: string;
   readonly delay: boolean;
@@ -38,10 +43,17 @@ const PACES: readonly (readonly [string, string, string])[] = [
   ["1", "1", "As fast as it was"], ["0.25", "\u00bc", "A quarter as fast"], ["0.1", "1/10", "A tenth as fast"],
 ];
 
+const NEXT = "M4.4 5v10l5-5zM10.4 5v10l5-5zM16.4 5v10";
+const PREVIOUS = "M15.6 5v10l-5-5zM9.6 5v10l-5-5zM3.6 5v10";
+const WORDS: Readonly<Record<number, string>> = { 0.1: "1/10", 0.25: "\u00bc" };
+const SESSION_PACES = SESSION_SPEEDS.map((speed) => [`${speed}`, WORDS[speed] ?? `${speed}`, speed < 1 ? `${WORDS[speed] ?? ""} as fast as it was` : speed === 1 ? "As fast as it was" : `${speed} times as fast as it was`] as const);
+const MARKS = 400; // on the line; more would lie on each other
+
 export class ReplayBar {
   readonly root: HTMLElement;
   private readonly tag = el("strong", { class: "replay-tag", attrs: { role: "status" } });
   private readonly when = el("span", { class: "replay-when" });
+  private readonly moment = el("span", { class: "replay-moment" });
   private readonly trouble = el("span", { class: "replay-trouble" });
   private readonly line: HTMLInputElement;
   private readonly play: HTMLButtonElement;
@@ -51,10 +63,11 @@ export class ReplayBar {
   private readonly delayWords = el("p", { class: "replay-delay" });
   private readonly back: HTMLButtonElement;
 
-  constructor(actions: BarActions) {
+  /** @param session The recorded session whose moments are on the line; null for the last minute. */
+  constructor(actions: BarActions, private readonly session: RecordedSession | null) {
     this.line = el("input", {
       class: "replay-line",
-      attrs: { type: "range", min: "0", max: "1", step: "any", value: "1", "aria-label": "Time in the last minute" },
+      attrs: { type: "range", min: "0", max: "1", step: "any", value: "1", "aria-label": session === null ? "Time in the last minute" : "Time in the session" },
       on: { input: () => { actions.seek(Number(this.line.value)); } },
     });
     this.play = iconButton(icon(PAUSE), "Pause", "B", actions.playing);
@@ -63,7 +76,7 @@ export class ReplayBar {
       iconButton(icon(BACK), "A frame back", "\u2190", () => { actions.step(-1); }),
       iconButton(icon(ON), "A frame on", "\u2192", () => { actions.step(1); }),
     ];
-    this.paces = choice<string>("Pace of the replay", PACES, (pace) => { actions.pace(Number(pace) as Speed); });
+    this.paces = choice<string>("Pace of the replay", session === null ? PACES : SESSION_PACES, (pace) => { actions.pace(Number(pace) as Speed); });
     this.paces.set("1");
     this.delay = el("button", {
       class: "button replay-small", text: "Delay",
@@ -74,11 +87,19 @@ export class ReplayBar {
     const [before, after] = this.steps;
     const close = iconButton(icon("close"), "Close, and back to live", "", actions.close);
     close.classList.add("replay-close");
+    const jumps = session === null ? [] : [
+      iconButton(icon(PREVIOUS), "To the mark or event before", "Shift N", () => { actions.jump(-1); }),
+      iconButton(icon(NEXT), "To the next mark or event", "N", () => { actions.jump(1); }),
+    ];
+    const [previous, next] = jumps;
+    for (const button of jumps) button.disabled = session?.moments.length === 0;
+    show(close, session === null);
     this.root = el(
       "section",
-      { class: "replay", attrs: { "aria-label": "The last minute" } },
-      el("div", { class: "replay-head" }, this.tag, this.when, this.trouble, el("span", { class: "spring" }), this.delay, this.back, close),
-      el("div", { class: "replay-controls" }, before ?? null, this.play, after ?? null, this.line, this.paces.root),
+      { class: "replay", attrs: { "aria-label": session === null ? "The last minute" : "The session" } },
+      el("div", { class: "replay-head" }, this.tag, this.when, this.moment, this.trouble, el("span", { class: "spring" }), this.delay, this.back, close),
+      el("div", { class: "replay-controls" }, previous ?? null, before ?? null, this.play, after ?? null, next ?? null,
+        session === null ? this.line : el("div", { class: "replay-track" }, this.line, marksOf(session)), this.paces.root),
       this.delayWords,
     );
   }
@@ -90,9 +111,11 @@ export class ReplayBar {
 
   set(state: BarState): void {
     const { replaying, playing } = state;
-    say(this.tag, replaying ? "Replay" : state.live ? "Live" : "No word");
+    say(this.tag, replaying ? (this.session === null ? "Replay" : "Recorded") : state.live ? "Live" : "No word");
     this.root.classList.toggle("on", replaying);
     say(this.when, state.when);
+    say(this.moment, state.moment);
+    show(this.moment, state.moment !== "");
     say(this.trouble, state.trouble);
     show(this.trouble, state.trouble !== "");
     // The slider does not move under a finger that holds it.
@@ -105,7 +128,7 @@ export class ReplayBar {
       this.play.setAttribute("aria-label", words);
       this.play.title = replaying ? `${words} (Space)` : `${words} (B)`;
     }
-    show(this.back, replaying);
+    show(this.back, replaying && this.session === null);
     this.delay.setAttribute("aria-pressed", `${state.delay}`);
     say(this.delayWords, state.delayWords);
     show(this.delayWords, state.delayWords !== "");
@@ -114,4 +137,21 @@ export class ReplayBar {
   setPace(speed: Speed): void {
     this.paces.set(`${speed}`);
   }
+}
+
+/** The moments of a session as strokes on its line; of those that would lie on each other, one. */
+function marksOf({ first, last, moments }: RecordedSession): HTMLElement {
+  const shown = new Map<number, string>();
+  for (const { t, kind } of moments) {
+    const at = Math.round((MARKS * (t - first)) / Math.max(1e-9, last - first));
+    // Of people who come and go there are many: a mark or an event is not hidden behind them.
+    if (at >= 0 && at <= MARKS && (!shown.has(at) || (kind !== "joined" && kind !== "left"))) shown.set(at, kind);
+  }
+  const root = el("div", { class: "replay-marks", attrs: { "aria-hidden": "true" } });
+  for (const [at, kind] of shown) {
+    const mark = el("span", { class: `replay-mark ${kind}` });
+    mark.style.setProperty("--at", `${at / MARKS}`);
+    root.append(mark);
+  }
+  return root;
 }

@@ -7,6 +7,13 @@ export function ago(seconds: number): string {
   return `${fixed(Math.max(0, seconds), seconds < 100 ? 1 : 0)}\u202fs ago`;
 }
 
+/** A time within a session as people write it: minutes, seconds and tenths. */
+export function clockTime(seconds: number): string {
+  const tenths = Math.max(0, Math.round(10 * seconds));
+  const [minutes, rest] = [Math.floor(tenths / 600), tenths % 600];
+  return `${minutes}:${(rest / 10).toFixed(1).padStart(4, "0")}`;
+}
+
 export interface Late {
   readonly name: string;
   /** Delay of the hand [s]. */
