@@ -15,6 +15,7 @@ import shlex
 import signal
 import subprocess
 import sys
+import urllib.request
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ import trimesh
 from cohaptic.clock import SystemClock
 from tests.docs.blocks import ROOT, Block, why_not
 from tests.patience import PATIENCE, SCALE
+from tests.recorded_sessions import record
 from tests.server.credentials.pairs import write_pair
 
 TOUCH = math.ceil(5.0 * max(1.0, SCALE))  # s that a hand is there, its start included
@@ -124,6 +126,8 @@ class Player:
             words += ["http://127.0.0.1:9100", "--once"]
         if order == ["demo"]:
             words += ["--no-browser", "--duration", str(DEMO)]
+        if order in (["replay"], ["export"]):
+            self._record_if_none(words[2])
         words = [self._placed(word) for word in words[1:]]
         if program == "cohaptic":
             words = [sys.executable, "-m", "cohaptic", *words]
@@ -133,6 +137,9 @@ class Player:
             words = [program, *words]
         if order == ["serve"]:
             self._serve(words)
+            return
+        if order == ["replay"]:
+            self._replay([*words, "--no-browser"])
             return
         done = self._run(words)
         if order == ["touch"] and done.returncode == 0 and not _TOUCHED.search(done.stdout):
@@ -151,6 +158,28 @@ class Player:
             words, cwd=self._folder, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, timeout=10 * PATIENCE, check=False,
         )  # fmt: skip
+
+    def _record_if_none(self, name: str) -> None:
+        """Pages that tell of a session take its file for granted."""
+        if not (self._folder / name).exists():
+            record(self._folder / name, 2.0)
+
+    def _replay(self, words: list[str]) -> None:
+        """Until its page is there."""
+        process = subprocess.Popen(
+            [*words, "--lifeline"], cwd=self._folder, text=True, stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        assert process.stdout is not None
+        lines = list[str]()
+        while not lines or not lines[-1].startswith("page http://"):
+            lines.append(process.stdout.readline())
+            assert lines[-1], "".join(lines)
+        with urllib.request.urlopen(lines[-1].split()[1], timeout=PATIENCE) as page:
+            assert page.status == 200
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=PATIENCE)
+        assert process.returncode == 0
 
     def _serve_if_none(self) -> None:
         """Pages that tell of clients take a server for granted."""
