@@ -36,7 +36,7 @@ PUBLIC = {
         Balloon BalloonSettings Body build_body check_body CohapticServer DenseResponse
         Endpoint Equilibrium Load ObjectFile Response RestingHand Room RoomHand Route
         RubberBalloon RubberSolid serve ServedRoom ServerSettings Serving Solid
-        SolidSettings Spring SpringSettings SurfaceMesh TetMesh Viscous
+        SolidSettings Spring SpringSettings SurfaceMesh TetMesh Verdict verify_session Viscous
     """,
     "cohaptic_client": """
         AddedRule Client ClientSettings Contact Device DeviceChoice DeviceConfig DeviceInfo

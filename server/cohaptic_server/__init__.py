@@ -48,6 +48,8 @@ if TYPE_CHECKING:
     from cohaptic_server.shell.served_room import ServedRoom as ServedRoom
     from cohaptic_server.shell.served_room import serve as serve
     from cohaptic_server.shell.server import CohapticServer as CohapticServer
+    from cohaptic_server.shell.verification import Verdict as Verdict
+    from cohaptic_server.shell.verification import verify_session as verify_session
     from cohaptic_server.testing.check_body import check_body as check_body
     from cohaptic_server.world.equilibrium import Equilibrium as Equilibrium
     from cohaptic_server.world.equilibrium import RestingHand as RestingHand
@@ -78,10 +80,12 @@ __all__ = [
     "SpringSettings",
     "SurfaceMesh",
     "TetMesh",
+    "Verdict",
     "Viscous",
     "build_body",
     "check_body",
     "serve",
+    "verify_session",
 ]
 
 # The module that defines each public name.
@@ -115,6 +119,8 @@ _HOMES = {
     "CohapticServer": "cohaptic_server.shell.server",
     "Equilibrium": "cohaptic_server.world.equilibrium",
     "RestingHand": "cohaptic_server.world.equilibrium",
+    "Verdict": "cohaptic_server.shell.verification",
+    "verify_session": "cohaptic_server.shell.verification",
 }
 
 if not TYPE_CHECKING:  # otherwise a type checker would accept any name

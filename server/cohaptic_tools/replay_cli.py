@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from cohaptic_server.shell.session_web import SessionWeb
 
 
+# Above 60 lines: every option of the command is a parameter.
 def replay(
     file: Annotated[
         Path, typer.Argument(help="A session, as `cohaptic serve --record` writes it.")
@@ -38,6 +39,20 @@ def replay(
     no_browser: Annotated[
         bool, typer.Option("--no-browser", help="Do not open the page, only say where it is.")
     ] = False,
+    verify: Annotated[
+        bool,
+        typer.Option(
+            "--verify",
+            help="Show nothing, but compute every patch again from what the room heard, and compare"
+            " them. The exit status is 1 if they differ.",
+        ),
+    ] = False,
+    body_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--body", help="With --verify: the file of the object, if it is one of your own."
+        ),
+    ] = None,
     lifeline: Annotated[bool, typer.Option("--lifeline", hidden=True)] = False,
 ) -> None:
     """Look at a recorded session in a browser.
@@ -46,6 +61,15 @@ def replay(
     line, and says why a force was as it was. Nothing is simulated, and nobody can touch.
     """
     set_up_log(LogStyle(logging.INFO))
+    if body_file is not None and not verify:
+        raise SettingError("--body", body_file, "given with --verify")
+    if verify:
+        from cohaptic_tools.verifying import in_words as of_verdict
+        from cohaptic_tools.verifying import verify_file
+
+        verdict = verify_file(file, body_file)
+        typer.echo(of_verdict(verdict))
+        raise typer.Exit(0 if verdict.holds else 1)
     if not (open_to_all or Exposure(host).is_local):
         limit = "127.0.0.1, for this machine alone, or given with --open, for anybody to see it all"
         raise SettingError("--host", host or "every address", limit)

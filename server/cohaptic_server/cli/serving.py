@@ -69,14 +69,14 @@ def serve_object(
         wanted["admin"] = admin
     routes = loaded(wanted)
     damping = relaxation * settings.simulation_hz
-    touched = _build(settings, options, users, damping, nonlinear=nonlinear)
+    touched = build_served(settings, options, users, damping, nonlinear=nonlinear)
     made_from = made_from_options(settings.body, options, users, relaxation, nonlinear=nonlinear)
     settings = replace(settings, made_from=made_from)
     serving = _serve(touched, settings, protection, damping, routes, wanted, nonlinear=nonlinear)
     asyncio.run(until_interrupted(serving, lifeline=lifeline))
 
 
-def _build(
+def build_served(
     settings: ServerSettings,
     options: ObjectOptions,
     users: int | None,
@@ -84,6 +84,11 @@ def _build(
     *,
     nonlinear: bool,
 ) -> Body:
+    """Build the body that the settings name; the arguments are those of `serve_object`.
+
+    Args:
+        damping: Relaxation time over simulation period.
+    """
     name, hz = settings.body, settings.simulation_hz
     if not is_file(name) and users is None and options == ObjectOptions():
         return build_body(name, nonlinear=nonlinear, damping=damping, hz=hz)

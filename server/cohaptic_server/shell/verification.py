@@ -9,7 +9,10 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
+from pathlib import Path
 from typing import Any, cast
+
+from threadpoolctl import threadpool_limits
 
 from cohaptic.errors import CohapticError
 from cohaptic.protocol.contact_sample import ContactSample
@@ -34,6 +37,7 @@ from cohaptic.sessions.entries import (
     Solved,
     Ticked,
 )
+from cohaptic.sessions.reader import read_entries
 from cohaptic_server.access.admission import ANYBODY
 from cohaptic_server.bodies.body import Body, elastic_of
 from cohaptic_server.bodies.solid.green_columns import ColumnRequest
@@ -197,6 +201,26 @@ def verify(entries: Iterable[Entry], body: Body) -> Iterator[tuple[float, Verdic
                 t = entry.t
                 yield t, verdict
     yield t, verdict
+
+
+def verify_session(path: Path | str, body: Body) -> Verdict:
+    """Compute the patches of a session file again, and compare them with those of the file.
+
+    Args:
+        path: Session file that was recorded from the first tick.
+        body: The object of the session, made as then, which nobody has touched yet. A `Solid`
+            becomes one that lacks columns, as in a server.
+
+    Raises:
+        SettingError: The file cannot be read.
+        NotVerifiable: The recording does not begin at rest, or lacks something.
+    """
+    verdict = Verdict()
+    # One thread, as in the server: several would add numbers in another order.
+    with threadpool_limits(limits=1):
+        for _, so_far in verify(read_entries(Path(path)), body):
+            verdict = so_far
+    return verdict
 
 
 def _with(verdict: Verdict, recorded: Patched, room: Room) -> Verdict:

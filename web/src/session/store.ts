@@ -33,6 +33,7 @@ export class SessionStore implements SceneStore, RecordedSession {
   readonly events = [];
   readonly restraints = NO_RESTRAINTS;
   readonly putOut = [];
+  readonly onRecord = false;
   readonly company = NOBODY;
   readonly roster = [];
   readonly status = STATUS;

@@ -1,0 +1,80 @@
+"""Computes the patches of a session file again, for `cohaptic replay --verify`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+from cohaptic.errors import SettingError, one_line
+from cohaptic.sessions.entries import SessionInfo
+from cohaptic.sessions.reader import Outline, read_entries
+from cohaptic_server.bodies.body import Body
+from cohaptic_server.cli.object_options import ObjectOptions
+from cohaptic_server.cli.progress_bar import progress_bar
+from cohaptic_server.cli.serving import build_served
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.verification import NotVerifiable, Verdict, verify
+from cohaptic_server.touchable import is_file, names
+
+
+def verify_file(path: Path, body: Path | None) -> Verdict:
+    """Compare the patches of a session file with those of its inputs, with a progress bar.
+
+    Args:
+        path: The session file.
+        body: File of the object, if the session had one of its own.
+
+    Raises:
+        SettingError: The file cannot be read, or `body` is missing.
+        NotVerifiable: The patches cannot be computed again.
+        BodyError: The object cannot be made.
+    """
+    outline = Outline.of(path)
+    made = _made_again(outline.info, body)
+    verdict = Verdict()
+    # One thread, as in the server: several would add numbers in another order.
+    with threadpool_limits(limits=1), progress_bar(f"verifying {path.name}") as progress:
+        for t, so_far in verify(read_entries(path), made):
+            verdict = so_far
+            share = (t - outline.first) / max(outline.seconds, 1e-9)
+            progress("computing its patches again", min(1.0, max(0.0, share)))
+    return verdict
+
+
+def _made_again(info: SessionInfo, body: Path | None) -> Body:
+    """Return the object of a session as its server made it.
+
+    The file that a session names is not opened unless the user names it, too: the session may come
+    from anybody.
+    """
+    made: dict[str, Any] = dict(info.settings)
+    name, hz = made.get("body"), round(1.0 / info.simulation_period, 9)
+    if not isinstance(name, str):
+        which = one_line(str(made.get("class", info.body.get("name"))), 60)
+        why = f"a program made its object ({which}); there use cohaptic_server.verify_session"
+        raise NotVerifiable(why)
+    if body is None and (is_file(name) or name not in names()):
+        limit = f"given as the object's file, {one_line(name, 100)}"
+        raise SettingError("--body", "not given", limit)
+    try:
+        options = ObjectOptions(dict(made.get("object", {})), bool(made.get("auto", False)))
+        users, relaxation = made.get("users"), float(made.get("relaxation", 0.0))
+        settings = ServerSettings(simulation_hz=hz, body=name if body is None else str(body))
+    except (TypeError, ValueError) as error:
+        raise NotVerifiable(f"it does not say how its object was made ({error})") from error
+    nonlinear = made.get("nonlinear") is True
+    return build_served(settings, options, users, relaxation * hz, nonlinear=nonlinear)
+
+
+def in_words(verdict: Verdict) -> str:
+    """Return a sentence on a comparison."""
+    if not verdict.patches and not verdict.missing:
+        return "there is no patch in the session"
+    same = f"{verdict.identical} of {verdict.patches} patches are the same to the last bit"
+    if verdict.missing:
+        return f"{verdict.missing} patches were not computed again; {same}"
+    if verdict.identical == verdict.patches:
+        return f"all {verdict.patches} patches are the same to the last bit"
+    return f"{same}; the largest difference is {verdict.worst:.2g} ({verdict.where})"
