@@ -73,7 +73,9 @@ def touch(
     jitter_ms: JitterMs = None,
     record: Annotated[
         Path | None,
-        typer.Option(help="Write every haptic period to this new .npz file."),
+        typer.Option(
+            help="Write every haptic period to this new file: a session (.mcap), or an .npz."
+        ),
     ] = None,
     overwrite: Overwrite = False,
     duration: Annotated[
@@ -304,12 +306,21 @@ def touch(
     run(touching(settings, recording, json_lines), lifeline=lifeline)
 
 
+SUFFIX = ".mcap"  # of a session file
+
+
 def _recording(path: Path | None, *, overwrite: bool) -> Output | None:
     """Return the file of a recording, which has to be a plain file.
 
     Raises:
         SettingError: It cannot be made, or must not be replaced.
     """
+    if path is not None and path.suffix == SUFFIX:
+        if overwrite:
+            raise SettingError("--overwrite", "given", f"left out: nothing replaces a {SUFFIX}")
+        if path.exists():
+            raise SettingError("--record", path, f"a new file: nothing replaces a {SUFFIX}")
+        return new_output("--record", path, SUFFIX)
     recording = new_output("--record", path, ".npz", overwrite=overwrite)
     if recording is not None and is_stream(recording.path):
         raise SettingError("--record", path, "a file, and it is a device or a pipe")

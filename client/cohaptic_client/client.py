@@ -300,6 +300,16 @@ class Client:
             stopping=haptics.stopping,
         )
 
+    @property
+    def timing(self) -> LinkTiming:
+        """Timing of the link; that of a new one before the first patch."""
+        return LinkTiming() if self._conversation is None else self._conversation.timing
+
+    @property
+    def simulation_period(self) -> float:
+        """Time between the server's ticks [s]; 0 before the server has admitted this client."""
+        return self._haptics.simulation_period
+
     def clocks(self) -> Clocks:
         """Return how this client's clock stands to the wall clock and to the server's clock."""
         clocks = Clocks(self.clock.now(), self.clock.to_wall())

@@ -87,6 +87,11 @@ class Haptics:
         return None if self._welcome is None else self._welcome.body
 
     @property
+    def simulation_period(self) -> float:
+        """Time between the server's ticks [s]; 0 before the server has admitted this client."""
+        return 0.0 if self._welcome is None else self._welcome.simulation_period
+
+    @property
     def stopping(self) -> bool:
         """Whether this process has told the loop to end."""
         return self._process is not None and self._process.stopping

@@ -34,8 +34,8 @@ async def markers(name: str) -> AsyncGenerator[Mark]:
         SettingError: There is no such stream on the network, or the library is missing.
     """
     lsl = _pylsl()
-    by = ("name", name) if name else ("type", "Markers")
-    found = await asyncio.to_thread(lsl.resolve_byprop, *by, 1, _FIND)
+    key, value = ("name", name) if name else ("type", "Markers")
+    found = await asyncio.to_thread(lambda: lsl.resolve_byprop(key, value, 1, _FIND))
     if not found:
         limit = f"one that is there within {_FIND:g} s"
         raise SettingError("stream of Lab Streaming Layer", name or "of any name", limit)

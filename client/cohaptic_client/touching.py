@@ -18,7 +18,7 @@ import sys
 import threading
 from asyncio import get_running_loop
 from collections.abc import Callable
-from typing import IO, TextIO, cast
+from typing import IO, TYPE_CHECKING, TextIO, cast
 
 from rich.console import Console
 
@@ -33,6 +33,10 @@ from cohaptic_client.client import Client
 from cohaptic_client.loop.added import reasons_of
 from cohaptic_client.settings import ClientSettings
 
+if TYPE_CHECKING:
+    from cohaptic_client.own_session import OwnSession
+
+_SESSION = ".mcap"  # suffix of a session file; any other name is that of a `.npz`
 AGAIN = 0.5  # s between checks whether this process is in the foreground again
 _LARGEST = 4096  # bytes of one read; only a line's end matters, not its text
 
@@ -117,7 +121,7 @@ async def touching(settings: ClientSettings, record: Output | None, json_lines: 
     def tell(news: str) -> None:
         console.print(f"{settings.name}: {news}", highlight=False, markup=False, soft_wrap=True)
 
-    recorded = _Recorded(record, settings, tell)
+    recorded = _recorded(record, settings, tell)
     try:
         client = Client(settings, tell=tell, keep=recorded.keep if record is not None else None)
     except CohapticError:
@@ -155,8 +159,19 @@ async def touching(settings: ClientSettings, record: Output | None, json_lines: 
             raise lost from None
 
 
+def _recorded(
+    record: Output | None, settings: ClientSettings, tell: Callable[[str], None]
+) -> _Recorded | OwnSession:
+    if record is None or record.path.suffix != _SESSION:
+        return _Recorded(record, settings, tell)
+    # Imported here, since a client that records nothing needs none of it.
+    from cohaptic_client.own_session import OwnSession as Made
+
+    return Made(record.path, tell)
+
+
 class _Recorded:
-    """The recording of a client; without a file for it there is none.
+    """The recording of a client to a `.npz`; without a file for it there is none.
 
     Args:
         record: File for the recording; None for no recording.

@@ -10,7 +10,7 @@ import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeGuard
 
 from threadpoolctl import threadpool_limits
 
@@ -245,9 +245,12 @@ def _differences(a: Any, b: Any, name: str = "patch") -> Iterator[tuple[float, s
     elif is_dataclass(a) and type(a) is type(b):
         for field in fields(a):
             yield from _differences(getattr(a, field.name), getattr(b, field.name), field.name)
-    elif isinstance(a, tuple) and isinstance(b, tuple):
-        ours, theirs = cast("tuple[Any, ...]", a), cast("tuple[Any, ...]", b)
-        for one, other in itertools.zip_longest(ours, theirs):
+    elif _is_tuple(a) and _is_tuple(b):
+        for one, other in itertools.zip_longest(a, b):
             yield from _differences(one, other, name)
     else:
         yield 0.0 if a == b else float("inf"), name
+
+
+def _is_tuple(value: object) -> TypeGuard[tuple[object, ...]]:
+    return isinstance(value, tuple)

@@ -14,6 +14,8 @@ from cohaptic.cli.output import Overwrite, new_output
 from cohaptic.errors import SettingError, one_line
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from cohaptic.recording.archive import Recording
     from cohaptic.recording.why import Columns, Why
 
@@ -24,10 +26,13 @@ _MARKS = 24  # characters of the longest bar
 
 def why(
     recording: Annotated[
-        Path, typer.Argument(help="A recording, or a folder of them with --user.")
+        Path,
+        typer.Argument(help="A recording, or a session or a folder of them with --user."),
     ],
     at: Annotated[float | None, typer.Option("--at", help="Seconds since its beginning.")] = None,
-    user: Annotated[str | None, typer.Option(help="Whose recording in a folder.")] = None,
+    user: Annotated[
+        str | None, typer.Option(help="Whose recording in a session or folder.")
+    ] = None,
     start: Annotated[
         float | None, typer.Option("--from", help="With --out: the first second.")
     ] = None,
@@ -42,8 +47,9 @@ def why(
 ) -> None:
     """Say why a force was as it was, rule by rule.
 
-    `cohaptic touch --record NAME.npz` keeps the ledger of each millisecond. The entries add up to
-    the force that the hand was given; the budget is what others may change of it in that time.
+    `cohaptic touch --record` and `serve --record` keep the ledger of each millisecond. The entries
+    add up to the force that the hand was given; the budget is what others may change of it in that
+    time.
     """
     from cohaptic.recording.why import check_ledger
     from cohaptic.recording.why import why as explain
@@ -57,18 +63,23 @@ def why(
     picture = new_output("--out", out, ".png", overwrite=overwrite)
     as_json = None if str(json_to) == "-" else json_to
     answers = new_output("--json", as_json, overwrite=overwrite)
-    path, found = _chosen(recording, user)
-    columns: Columns = dict(zip(found.outline.header.columns, found.rows.T, strict=True))
+    if recording.suffix == ".mcap" and not recording.is_dir():
+        path, name, columns, rules = _of_session(recording, user)
+    else:
+        path, found = _chosen(recording, user)
+        header = found.outline.header
+        name, rules = header.name, header.rules
+        columns = dict(zip(header.columns, found.rows.T, strict=True))
     check_ledger(path, columns)
     if at is not None:
-        answer = explain(columns, at, found.outline.header.rules)
+        answer = explain(columns, at, rules)
         text = json.dumps(asdict(answer), indent=2)
         if answers is not None:
             answers.write(text + "\n")
         if str(json_to) == "-":
             typer.echo(text)
         else:
-            typer.echo("\n".join(lines(one_line(found.outline.header.name), answer)))
+            typer.echo("\n".join(lines(one_line(name), answer)))
     if picture is not None:
         from cohaptic.cli.why_picture import draw
 
@@ -94,6 +105,37 @@ def lines(name: str, answer: Why) -> list[str]:
         taken = ", ".join(takers) or "nobody took any"
         found.append(f"  {'budget':{width}} {answer.budget:7.4f} N: {taken}")
     return [*found, "", *textwrap.wrap(answer.sentence, 80)]
+
+
+def _of_session(path: Path, user: str | None) -> tuple[Path, str, Columns, Mapping[str, str]]:
+    """Return the rows of one user of a session file, from its first row on.
+
+    Raises:
+        SettingError: There are none of that user, or the file cannot be read.
+    """
+    import numpy as np
+
+    from cohaptic.sessions.codec import table_of
+    from cohaptic.sessions.entries import Rows
+    from cohaptic.sessions.reader import Outline, read_entries
+
+    people = Outline.of(path).users
+    blocks = dict[int, list[Rows]]()
+    for entry in read_entries(path, only=(Rows,)):
+        if isinstance(entry, Rows) and user in (None, people.get(entry.user)):
+            blocks.setdefault(entry.user, []).append(entry)
+    if len(blocks) != 1:  # of several visits of one name, too
+        names = ", ".join(sorted(set(people.values()))) or "nobody is in that session"
+        limit = f"one of: {names}; with rows of the loop, and there for one visit"
+        raise SettingError("--user", user or "missing", limit)
+    ((number, found),) = blocks.items()
+    table = np.concatenate([table_of(rows) for rows in found])
+    return (
+        path,
+        people.get(number, str(number)),
+        dict(zip(found[0].columns, table.T, strict=True)),
+        {},
+    )
 
 
 def _chosen(path: Path, user: str | None) -> tuple[Path, Recording]:
