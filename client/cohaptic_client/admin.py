@@ -11,12 +11,15 @@ from cohaptic.errors import SettingError, one_line
 from cohaptic.room_address import room_url
 from cohaptic_client.admin_action import TO_SOMEBODY, Action
 
+_ACTIONS = ", ".join(action.value for action in Action)
+
 
 def admin(
     url: Annotated[
         str, typer.Argument(help="Address of the server, or the link of an invitation.")
     ],
-    action: Annotated[Action, typer.Argument(help="What to do.")] = Action.LIST,
+    # A text, since the words are too many for the line on which typer would list them.
+    action: Annotated[str, typer.Argument(help=f"One of: {_ACTIONS}.")] = Action.LIST.value,
     who: Annotated[str, typer.Argument(help="Name or number of a user; a name for unban.")] = "",
     room: Annotated[
         str, typer.Option(help="Of a server with several: the same as URL/r/ROOM.")
@@ -42,11 +45,15 @@ def admin(
     `cohaptic token --admin`. `record` needs a server with --recordings, and takes a token with
     --record, too.
     """
-    if bool(who) != (action in TO_SOMEBODY):
+    try:
+        wanted = Action(action)
+    except ValueError as error:
+        raise SettingError("action", repr(action[:60]), f"one of {_ACTIONS}") from error
+    if bool(who) != (wanted in TO_SOMEBODY):
         given = who or "not given"
         limit = f"given with {', '.join(one.value for one in TO_SOMEBODY)}, and with no other"
         raise SettingError("user", repr(given[:60]), limit)
-    if force is not None and not (action is Action.BUDGET and 0.0 <= force <= 1000.0):
+    if force is not None and not (wanted is Action.BUDGET and 0.0 <= force <= 1000.0):
         raise SettingError("--force", force, "given with force-budget, from 0 to 1000 N")
     import asyncio
 
@@ -58,5 +65,5 @@ def admin(
     if token:
         check_secrecy(address.url, insecure=insecure)
     target = room_url(address.url, room)
-    for line in asyncio.run(act(target, token, str(ca_file or ""), action, who, force)):
+    for line in asyncio.run(act(target, token, str(ca_file or ""), wanted, who, force)):
         typer.echo(one_line(line, 400))

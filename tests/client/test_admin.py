@@ -60,9 +60,11 @@ async def come(client: Client, name: str, secret: str) -> None:
     await client.hear()
 
 
-def beside(balloon: Balloon, protection: Protection, check: Callable[[Served], Any]) -> None:
+def beside(
+    balloon: Balloon, protection: Protection, check: Callable[[Served], Any], **more: Any
+) -> None:
     async def go() -> None:
-        async with serving(balloon, protection=protection) as served:
+        async with serving(balloon, protection=protection, **more) as served:
             await check(served)
 
     asyncio.run(go())
@@ -144,3 +146,29 @@ def test_who_may_not_is_refused(balloon: Balloon) -> None:
 def test_what_does_not_fit_together_is_a_sentence(arguments: tuple[str, ...]) -> None:
     with pytest.raises(SettingError):
         run("ws://127.0.0.1:1", *arguments)
+
+
+def test_an_administrator_records_and_is_told_what_came_of_it(
+    balloon: Balloon, tmp_path: Path
+) -> None:
+    protection = Protection(Admission(RING, admits_anybody=False))
+    there = ("--token", invitation("owner", room_admin=True))
+
+    async def check(served: Served) -> None:
+        async def do(action: str) -> str:
+            return await asyncio.to_thread(run, served.url, action, *there)
+
+        assert await do("end-recording") == "nothing is recorded"
+        assert await do("record") == "done: record"
+        assert served.server.room.record is not None
+        assert (await do("record")).startswith("it is recorded already")
+        assert await do("end-recording") == "done: end-recording"
+        assert served.server.room.record is None
+
+    beside(balloon, protection, check, recordings=str(tmp_path / "kept"))
+    assert len(list((tmp_path / "kept").iterdir())) == 1
+
+
+def test_an_action_that_is_none_is_an_error() -> None:
+    with pytest.raises(SettingError, match="one of list, mute"):
+        run("ws://127.0.0.1:1", "dance")

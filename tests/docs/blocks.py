@@ -35,6 +35,9 @@ NOT_PLAYED = {
     r"cohaptic (?:touch --rule|why hunt\.npz)": "of a package: tests/examples/test_plugin.py",
     r"python -m (?:pip|build|zipfile|venv)|/tmp/try/": "of a release: .github/workflows/wheels.yml",
     r"python examples/step_|jupyter lab": "tests/examples/test_steps.py",
+    r"cohaptic mark": "needs somebody who touches: tests/client/test_marking.py",
+    r"cohaptic admin .*record": "needs a token: tests/client/test_admin.py",
+    r"cohaptic replay .*--verify": "needs a session: tests/system/test_session_processes.py",
     r"python benchmarks/many_objects\.py": "hours: a part of `make night`",
 }
 # Kinds of blocks that nothing here can play, and the tests that try what they show.
@@ -43,6 +46,7 @@ OTHER_KINDS = {
     "html": "tests/browser/test_frames.py",
     "cpp": "tests/clients_cpp/test_cpp_client.py",
     "step": "tests/examples/test_steps.py",
+    "py": "tests/client/scripting/test_recording.py",
 }
 
 

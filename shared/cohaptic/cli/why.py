@@ -24,6 +24,7 @@ _TAKEN = 0.0002  # N of a budget; the same
 _MARKS = 24  # characters of the longest bar
 
 
+# Above 60 lines: every option of the command is a parameter.
 def why(
     recording: Annotated[
         Path,
