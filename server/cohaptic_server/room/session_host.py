@@ -116,6 +116,8 @@ class SessionHost:
         return outcome
 
     def _receive_rows(self, peer: Peer, session: ServerSession, data: bytes, user: int) -> Outcome:
+        if self.room.record is None:
+            return NOTHING  # the recording has just ended
         rows = session.receive_rows(data)
         if rows is None:
             return Outcome([peer])

@@ -34,6 +34,7 @@ from cohaptic.sessions.entries import (
 from cohaptic.status.row import columns_with
 from cohaptic.status.row_batch import RowBatch
 from cohaptic_server.bodies.body import elastic_of
+from cohaptic_server.guard.limits import FULL, Budget, spend
 from cohaptic_server.room.body_frames import describe
 from cohaptic_server.room.peer import LogLine
 from cohaptic_server.room.room import Room
@@ -43,6 +44,8 @@ from cohaptic_server.world.users import is_at_rest
 
 _TIME = struct.Struct("<d")  # the first number of a row
 _MAX_AGE = 60.0  # s of rows that a stall has held up
+# Rows of a user: a loop makes 4,000 a second at most. What a stall has held up comes at once.
+_ROWS = Budget(5000, 50_000)
 _LINK = 1.0  # s between two records of the state of a link
 _STILL = 0.5  # s between two scenes of a body at rest, as for a page that watches
 # s between two scenes with the surface, of a body whose surface is not in its contacts: a page
@@ -85,6 +88,7 @@ class Recording:
         self.recorder = recorder
         self._room = room
         self._linked: dict[int, float] = {}  # time of the last record of a user's link [s]
+        self._rows: dict[int, float] = {}  # buckets of the users, as of `guard/limits.py`
         self._traversal = None if follows else _traversal(room)
         self._shown = self._with_surface = -_STILL
         if room.frames.has_rest_mesh:
@@ -138,10 +142,13 @@ class Recording:
         """Add rows of a user's loop, and how many of them are missing."""
         (t,) = _TIME.unpack_from(batch.block)
         lost, clock, at = batch.lost, batch.clock, t + batch.clock.to_server
-        # A clock is what its client says, and nobody's file has rows of another day for that.
-        if not abs(now - at) <= _MAX_AGE:
+        # A clock is what its client says, and nobody's file has rows of another day for that, nor
+        # more of them than a loop makes.
+        left = spend(self._rows.get(user, FULL), batch.count, _ROWS, now)
+        if left is None or not abs(now - at) <= _MAX_AGE:
             lost, at = lost + batch.count, now
         else:
+            self._rows[user] = left
             columns, error = self._columns_of(user), min(clock.error, _MAX_AGE)
             self.recorder.add(Rows(at, user, columns, batch.block, clock.to_server, error))
             if now - self._linked.get(user, -_LINK) >= _LINK:
@@ -178,16 +185,19 @@ def info_of(room: Room, now: float, to_wall: float) -> SessionInfo:
         now: Time [s].
         to_wall: Unix time less the server's clock [s].
     """
-    settings = room.settings
+    settings, elastic = room.settings, elastic_of(room.body)
+    has_columns = isinstance(elastic, HasColumns)
     known = {
         **to_jsonable_python(settings.made_from),
-        # A recording that begins later has no beginning from which patches could be computed again.
-        "from_rest": room.next_user == 1 and is_at_rest(room.world),
+        # Otherwise there is no beginning from which patches could be computed again. A body that
+        # has solved for columns never forgets whom it has met.
+        "from_rest": not room.members
+        and is_at_rest(room.world)
+        and not (has_columns and room.next_user > 1),
         "tick": room.world.tick,
         "laws": [law.value for law in settings.laws],
         "max_users": settings.max_users,
     }
-    elastic = elastic_of(room.body)
     if isinstance(elastic, HasColumns):
         known["columns"] = "at once" if elastic.at_once else "delivered"
     body = describe(room.body).model_dump(mode="json")

@@ -8,7 +8,7 @@ from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any
 
 from cohaptic.errors import CohapticError, SettingError
-from cohaptic.sessions.entries import Asked, SessionInfo, Solved, Written
+from cohaptic.sessions.entries import SessionInfo, Written
 from cohaptic.sessions.recorder import open_recorder
 from cohaptic_server.room.input_record import ColumnRecord, InputRecord
 from cohaptic_server.room.peer import Outcome, Peer
@@ -38,11 +38,10 @@ class Recordings:
     @property
     def columns(self) -> ColumnRecord | None:
         """Takes down what happens with columns; None while nothing records the session."""
-        return None if self.current is None else self._take_column
-
-    def _take_column(self, kind: type[Asked] | type[Solved]) -> None:
-        if self.current is not None:
-            self.current.recorder.add(kind(self._server.clock.now()))
+        record = self._server.room.record
+        if record is None:
+            return None
+        return lambda kind: record.write(kind(self._server.clock.now()))
 
     async def begin(self, target: str, option: str = "--record") -> None:
         """Record the session from now on, and tell everybody in the room.
@@ -74,6 +73,9 @@ class Recordings:
         except BaseException:
             room.record = None
             raise
+        if server.room is not room:
+            recorder.finish()
+            raise SettingError(option, target, "given while the object stays: it has just changed")
         for entry in waiting:
             recorder.add(entry)
         record.write = recorder.add

@@ -133,5 +133,21 @@ def test_what_cannot_be_computed_again_says_why(what: str, recorded: list[Entry]
         judged(entries, Balloon())
 
 
+def test_a_room_at_rest_is_a_beginning_whoever_was_there_before(tmp_path: Path) -> None:
+    session = VirtualSession(Balloon())
+    session.join("early", HandScript())
+    session.run(1.0)
+    session.drop("early")
+    session.run(3.0)
+    assert session.room.at_rest
+    with session.record(tmp_path / "x.mcap"):
+        session.join("late", HandScript(angle=1.0))
+        session.join("later", HandScript(angle=2.0))
+        session.run(1.5)
+    verdict = judged(read_entries(tmp_path / "x.mcap"), Balloon())
+    assert verdict.holds
+    assert verdict.identical == verdict.patches > 100
+
+
 def test_an_empty_recording_proves_nothing(recorded: list[Entry]) -> None:
     assert not judged(recorded[:1], Balloon()).holds

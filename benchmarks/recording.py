@@ -1,0 +1,149 @@
+"""Cost of recording a room: ticks of a server with and without, and what is in the file.
+
+    python benchmarks/recording.py [--minutes 10] [--users 8] [--beside 1] [--json FILE]
+
+`--users` clients with their loops at 1 kHz (`cohaptic touch`, processes of this machine) press a
+balloon in a rhythm. A minute or so (`--beside`) goes by without a recording before and after one of
+`--minutes`. Ratios are of one run. A tick's cost ends when its patches are written; the recording's
+own time on the event loop, after that, is counted beside it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import math
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
+
+import json_report
+from cohaptic.runtime.scheduling import SERVER_PRIORITY, prefer_this_process
+from cohaptic.sessions.entries import Rows, RowsLost
+from cohaptic.sessions.reader import Outline, read_entries
+from cohaptic.status.row import ROW
+from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.room.tick_schedule import TickMeters
+from cohaptic_server.settings import ServerSettings
+from cohaptic_server.shell.recording import Recording
+from cohaptic_server.shell.server import CohapticServer
+
+SETTLING = 5.0  # s after the last user has come
+
+
+def main() -> None:
+    """Print the three spans, and what is in the file."""
+    parser = json_report.parser(__doc__)
+    parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--beside", type=float, default=1.0, help="minutes without, twice")
+    parser.add_argument("--users", type=int, default=8)
+    args = parser.parse_args()
+    results: list[json_report.Result] = []
+    with tempfile.TemporaryDirectory() as folder, threadpool_limits(limits=1):
+        path = Path(folder) / "session.mcap"
+        asyncio.run(_measure(args, path, results))
+        _tell_file(args, path, results)
+    json_report.write(args, results)
+
+
+async def _measure(args: argparse.Namespace, path: Path, results: list[json_report.Result]) -> None:
+    server = CohapticServer(Balloon(), ServerSettings(port=0))
+    url = await server.start()
+    people = [_touch(url, i, args.users, path.parent) for i in range(args.users)]
+    prefer_this_process(SERVER_PRIORITY)
+    ticking = asyncio.create_task(server.run())
+    try:
+        while len(server.room.members) < args.users:
+            await asyncio.sleep(0.5)
+        await asyncio.sleep(SETTLING)
+        await _span(server, "without", args.beside, results)
+        await server.recordings.begin(str(path))
+        await _span(server, "recorded", args.minutes, results)
+        await server.recordings.end()
+        await _span(server, "without", args.beside, results)
+    finally:
+        for person in people:
+            person.terminate()
+        ticking.cancel()
+        await asyncio.gather(ticking, return_exceptions=True)
+        for person in people:
+            person.wait()
+
+
+async def _span(
+    server: CohapticServer, name: str, minutes: float, results: list[json_report.Result]
+) -> None:
+    """Let time go by, and report its ticks."""
+    meters, spent = TickMeters(), list[float]()
+    server.meters = meters
+    recording = server.recordings.current
+    if recording is not None:
+        _clock(server, recording, spent)
+    await asyncio.sleep(60.0 * minutes)
+    cost = [meters.cost.quantile(q) for q in (0.5, 0.99)]
+    after = sorted(spent)[len(spent) // 2] if spent else 0.0
+    print(
+        f"{name:9} {meters.ticks} ticks, {meters.missed} missed; a tick took {1e3 * cost[0]:.2f} ms"
+        f" in the median, {1e3 * cost[1]:.2f} ms at the 99th percentile; then the recording"
+        f" {1e3 * after:.2f} ms",
+        flush=True,
+    )
+    results.append(
+        {
+            "span": name,
+            "ticks": meters.ticks,
+            "missed": meters.missed,
+            "tick_p50_s": cost[0],
+            "tick_p99_s": cost[1],
+            "after_p50_s": after,
+        }
+    )
+
+
+def _clock(server: CohapticServer, recording: Recording, spent: list[float]) -> None:
+    """Time what the recording does after each tick."""
+    inner = recording.after_tick
+
+    def timed(now: float) -> None:
+        begun = server.clock.now()
+        inner(now)
+        spent.append(server.clock.now() - begun)
+
+    recording.after_tick = timed  # type: ignore[method-assign]
+
+
+def _tell_file(args: argparse.Namespace, path: Path, results: list[json_report.Result]) -> None:
+    outline = Outline.of(path)
+    size, minutes = path.stat().st_size, outline.seconds / 60.0
+    rows = lost = 0
+    for entry in read_entries(path, only=(Rows, RowsLost)):
+        if isinstance(entry, Rows):
+            rows += len(entry.block) // ROW.size
+        elif isinstance(entry, RowsLost):
+            lost += entry.count
+    each = size / 1e6 / args.users / minutes
+    print(
+        f"{size / 1e6:.1f} MB, {each:.2f} MB for each minute and user; {rows:,} rows,"
+        f" {rows / args.users / outline.seconds:.0f} a second and user, {lost} lost;"
+        f" {outline.left_out} entries left out"
+    )
+    results.append(
+        {"bytes": size, "seconds": outline.seconds, "rows": rows, "rows_lost": lost,
+         "left_out": outline.left_out, "mb_per_user_minute": each}
+    )  # fmt: skip
+
+
+def _touch(url: str, i: int, users: int, folder: Path) -> subprocess.Popen[bytes]:
+    command = [
+        sys.executable, "-m", "cohaptic", "touch", url, "--name", f"user{i}", "--angle",
+        f"{math.degrees(2.0 * math.pi * i / users):.1f}", "--rhythm-s", "2",
+    ]  # fmt: skip
+    with (folder / f"user{i}.txt").open("wb") as words:
+        return subprocess.Popen(command, stdout=words, stderr=subprocess.STDOUT)
+
+
+if __name__ == "__main__":
+    main()
