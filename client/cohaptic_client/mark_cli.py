@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cohaptic.errors import SettingError
 from cohaptic.room_address import room_url
-from cohaptic_client.network.marks import Value
+
+if TYPE_CHECKING:
+    from cohaptic_client.network.marks import Value
 
 
 # Above 60 lines: every option of the command is a parameter.

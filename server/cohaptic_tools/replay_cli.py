@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
-from cohaptic.runtime.interrupt import until_interrupted
 from cohaptic_server.cli.access_options import Exposure
-from cohaptic_server.http.session_routes import MARKED
 from cohaptic_server.logs import LogStyle, set_up_log
 
 if TYPE_CHECKING:
@@ -73,6 +69,10 @@ def replay(
     if not (open_to_all or Exposure(host).is_local):
         limit = "127.0.0.1, for this machine alone, or given with --open, for anybody to see it all"
         raise SettingError("--host", host or "every address", limit)
+    import asyncio
+
+    from cohaptic.clock import SystemClock
+    from cohaptic.runtime.interrupt import until_interrupted
     from cohaptic.sessions.replay import Replay as Opened
     from cohaptic_server.objects.recorded_body import recorded_body
     from cohaptic_server.settings import ServerSettings
@@ -105,6 +105,9 @@ def in_words(found: Replay) -> str:
 
 async def _serve(web: SessionWeb, *, browser: bool) -> None:
     """Serve the session until cancelled."""
+    import asyncio
+
+    from cohaptic_server.http.session_routes import MARKED
     from cohaptic_server.shell.listener import page_address
     from cohaptic_tools.browser import open_page
 

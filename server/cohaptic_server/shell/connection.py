@@ -8,6 +8,7 @@ from collections.abc import Callable
 from cohaptic.clock import Clock
 from cohaptic.errors import CloseCode, LinkOverflow, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.fields import FrameKind
+from cohaptic.protocol.websocket_frames import SMALL
 from cohaptic_server.room.latency import Data, UserLatency
 from cohaptic_server.room.peer import Peer
 from cohaptic_server.room.session import ServerSession
@@ -113,6 +114,9 @@ class Connection:
         """
         if self._latency is not None:
             self.receive(unmask(frame))
+            return
+        if frame[1] & 0x7F == SMALL:  # rows, which must not take the place of a sample
+            self._deliver(self, unmask(frame), self._clock.now())
             return
         if len(self._frames) >= _MAX_FRAMES:
             del self._frames[0]

@@ -37,6 +37,7 @@ from cohaptic.protocol.websocket_frames import (
     read_head,
 )
 from cohaptic.runtime.transport import unsent_of
+from cohaptic.status.row_batch import MAX_BYTES
 from cohaptic_server.guard.limits import Limits
 from cohaptic_server.guard.sources import Refusal
 from cohaptic_server.room.session import close_frame
@@ -48,6 +49,7 @@ MAX_FRAMES = 2048
 
 
 _BINARY = bytes((BINARY,))
+_LONGEST = 4 + KEY + MAX_BYTES  # bytes of the longest frame of rows
 
 
 def is_small_binary(frame: bytes) -> bool:
@@ -56,8 +58,12 @@ def is_small_binary(frame: bytes) -> bool:
 
 
 def is_medium_binary(frame: bytes) -> bool:
-    """Whether a client's frame is a whole binary message of 126 bytes or more, such as rows."""
-    return frame[:1] == _BINARY and is_medium_masked(frame)
+    """Whether a client's frame is a whole binary message of 126 bytes or more, such as rows.
+
+    One that is longer than any of a user's messages is left to the library, which refuses it.
+    """
+    fits = len(frame) <= _LONGEST
+    return fits and frame[:1] == _BINARY and is_medium_masked(frame)
 
 
 def unmask(frame: bytes) -> bytes:

@@ -120,22 +120,28 @@ def test_rows_and_marks_of_a_client_are_kept_and_what_is_missing_is_said(
     assert now - 0.5 <= mark.t < now + 60.0
 
 
-def test_more_rows_than_a_loop_makes_are_not_kept(small_balloon: Balloon, tmp_path: Path) -> None:
+def test_more_rows_than_a_loop_makes_are_not_kept_and_take_no_place_of_a_sample(
+    small_balloon: Balloon, tmp_path: Path
+) -> None:
     path, rest = tmp_path / "x.mcap", [0.0] * (len(COLUMNS) - 1)
     block = b"".join(ROW.pack(k * 1e-3, *rest) for k in range(64))
 
-    async def happens() -> None:
+    async def happens() -> int:
         async with serving(small_balloon, record=str(path)) as served, visit(served.url) as client:
             await client.join("ann")
             await client.play(1)
             now = served.server.clock.now()
             flood = RowBatch(0, Clock(now, 0.001, 0.004, 0.0005), block).encode()
-            for _ in range(1000):
+            for k in range(1000):
                 await client.ws.send(flood)
+                if k % 100 == 0:
+                    await client.touch()
             await client.play(3)
+            return client.seq - 1  # the last one may come after the end
 
-    asyncio.run(happens())
+    samples = asyncio.run(happens())
     entries = list(read_entries(path))
+    assert sum(isinstance(entry, Heard) for entry in entries) >= samples
     kept = sum(len(entry.block) // ROW.size for entry in entries if isinstance(entry, Rows))
     lost = sum(entry.count for entry in entries if isinstance(entry, RowsLost))
     assert kept + lost == 64_000

@@ -50,7 +50,7 @@ BAD, VERSION = CloseCode.BAD_MESSAGE.value, CloseCode.WRONG_VERSION.value
         pytest.param(
             hello_text("twice"),
             BAD,
-            "message is 'Hello'; expected ContactSample or SetName or SetLaw or Bye",
+            "message is 'Hello'; expected ContactSample or SetName or SetLaw or Mark or Bye",
             id="second hello",
         ),
         pytest.param(b"", BAD, "frame length is 0; expected at least 4 bytes", id="empty frame"),
