@@ -38,7 +38,7 @@ from cohaptic_client.loop.passed import Passed
 from cohaptic_client.loop.safety import Mode
 from cohaptic_client.network.conversation import Conversation, Refused
 from cohaptic_client.network.link import Link
-from cohaptic_client.network.marks import NOT_RECORDED, Marks, Value, mark_of
+from cohaptic_client.network.marks import MOST_WAITING, NOT_RECORDED, PACE, Marks, Value, mark_of
 from cohaptic_client.network.timing import LinkTiming
 from cohaptic_client.news import (
     FaultNews,
@@ -165,7 +165,6 @@ def state_in_words(
 HEARTBEAT = 0.1  # s between heartbeats while samples are sent
 SLOW_HEARTBEAT = 0.5  # s while no samples are sent; the loop ends after 2 s without a heartbeat
 _LONGEST_NEWS = 2000  # characters; enough for the names of a full room
-_MOST_MARKS = 64  # that wait while the client comes back; the oldest is dropped first
 RETRY = 0.5  # s between attempts to reach a server
 
 
@@ -208,7 +207,7 @@ class Client:
         self._key = secrets.token_hex(16)
         # Session token from the server, which stays valid after the invitation has expired.
         self._session = ""
-        self._marks: Marks = deque(maxlen=_MOST_MARKS)
+        self._marks: Marks = deque()
         self._next_beat = 0.0
         self._faults = FaultNews()
         self._silences = FaultNews()
@@ -354,10 +353,14 @@ class Client:
             fields: Up to 16 further values.
 
         Raises:
-            SettingError: Nothing records the session, or text or fields are out of their limits.
+            SettingError: Nothing records the session, text or fields are out of their limits, or
+                too many marks wait.
         """
         if not self.recorded:
             raise SettingError("mark", repr(text[:60]), NOT_RECORDED)
+        if len(self._marks) >= MOST_WAITING:
+            limit = f"at most {MOST_WAITING} that wait, of which {1.0 / PACE:g} a second leave"
+            raise SettingError("marks", "more", limit)
         self._marks.append((self.clock.now(), mark_of(text, fields)))
 
     def acknowledge(self) -> None:

@@ -55,10 +55,13 @@ def mark(
     """Set a mark in the recording of a session, such as the begin of a trial.
 
     It is an error if nothing records the session. A program that sets many marks keeps one
-    connection with --lines: one JSON object a line with `text` and further values, or plain text.
+    connection with --lines: one JSON object a line with `text` and further values, or plain text;
+    the address then is the only argument. At most 20 marks a second leave.
     """
     if lines and lsl:
         raise SettingError("--lines", "given", "left out beside --lsl")
+    if lines and "://" in text:  # no mark says an address
+        text, url = "", text
     if lines == bool(text) and not lsl:
         raise SettingError("text", repr(text[:60]), "given without --lines, and not with it")
     import asyncio

@@ -6,7 +6,8 @@ import asyncio
 import contextlib
 import json
 import sys
-from collections.abc import AsyncGenerator, AsyncIterator, Callable
+import threading
+from collections.abc import AsyncGenerator, AsyncIterator
 from typing import Any, cast
 
 from websockets.asyncio.client import ClientConnection
@@ -14,23 +15,59 @@ from websockets.asyncio.client import ClientConnection
 from cohaptic.errors import SettingError
 from cohaptic.protocol.ack import Ack
 from cohaptic.protocol.fields import FrameKind
-from cohaptic.protocol.messages import Error, Mark, Recorded, encode_control
+from cohaptic.protocol.messages import MAX_MARK_AGE, Error, Mark, Recorded, encode_control
 from cohaptic.protocol.scene_users import decode_users
 from cohaptic.protocol.watch_messages import decode_watch_control
 from cohaptic_client.moderation import opened, watch_text
 from cohaptic_client.network.conversation import Refused
-from cohaptic_client.network.marks import NOT_RECORDED, mark_of
+from cohaptic_client.network.marks import NOT_RECORDED, PACE, mark_of
 
 _SCENE = bytes((FrameKind.SCENE,))
+_MOST_LINES = 1000  # of standard input that wait; a program that writes more is held up
 _PATIENCE = 15.0  # s for the first answers; a server gives them within 1 s
 
 
-Set = Callable[[Mark], None]
+class Marking:
+    """Sets marks in the recording of one room; `marking` makes it.
+
+    Args:
+        ws: Connection that watches the room.
+    """
+
+    def __init__(self, ws: ClientConnection) -> None:
+        self._ws, self._loop = ws, asyncio.get_running_loop()
+        self._next = self._loop.time()
+        self.hearing = asyncio.ensure_future(_hear(ws))
+
+    async def put(self, mark: Mark) -> None:
+        """Set a mark, at most `1 / PACE` a second; its time stays that of the call.
+
+        Raises:
+            SettingError: The recording has ended.
+            Refused: The server refuses the marks of this connection.
+        """
+        called = self._loop.time()
+        await asyncio.wait((self.hearing,), timeout=max(0.0, self._next - called))
+        if self.hearing.done():
+            self.hearing.result()
+        now = self._loop.time()
+        self._next = now + PACE
+        ago = min(MAX_MARK_AGE, mark.ago + now - called)
+        await self._ws.send(encode_control(mark.model_copy(update={"ago": ago})))
+
+    async def settle(self) -> None:
+        """Return when the server has taken all marks, or raise an error as `put` does."""
+        # What the server has against a mark comes before the answer to this ping.
+        pong = asyncio.ensure_future(await self._ws.ping())
+        ends = asyncio.FIRST_COMPLETED
+        await asyncio.wait((pong, self.hearing), timeout=_PATIENCE, return_when=ends)
+        if self.hearing.done():
+            self.hearing.result()
 
 
 @contextlib.asynccontextmanager
-async def marking(url: str, token: str = "", ca_file: str = "") -> AsyncGenerator[Set]:
-    """Connect to a room whose session is recorded; yield the function that sets a mark.
+async def marking(url: str, token: str = "", ca_file: str = "") -> AsyncGenerator[Marking]:
+    """Connect to a room whose session is recorded.
 
     Args:
         url: Address of the room.
@@ -47,27 +84,13 @@ async def marking(url: str, token: str = "", ca_file: str = "") -> AsyncGenerato
         async with asyncio.timeout(_PATIENCE):
             if not await _is_recorded(ws):
                 raise SettingError("mark", f"for {url}", NOT_RECORDED)
-        waiting: asyncio.Queue[Mark] = asyncio.Queue(_MOST_WAITING)
-        sending = asyncio.ensure_future(_send(ws, waiting))
-        hearing = asyncio.ensure_future(_hear(ws))
+        made = Marking(ws)
         try:
-            yield waiting.put_nowait
-            sent = asyncio.ensure_future(waiting.join())
-            ends = asyncio.FIRST_COMPLETED
-            await asyncio.wait((sent, sending, hearing), timeout=_PATIENCE, return_when=ends)
-            sent.cancel()
-            # What the server has against a mark comes before the answer to this ping.
-            pong = asyncio.ensure_future(await ws.ping())
-            await asyncio.wait((pong, hearing), timeout=_PATIENCE, return_when=ends)
-            if hearing.done():
-                hearing.result()
+            yield made
+            await made.settle()
         finally:
-            for task in (sending, hearing):
-                task.cancel()
-            await asyncio.gather(sending, hearing, return_exceptions=True)
-
-
-_MOST_WAITING = 1000  # marks; more within a moment are a mistake of the program that sets them
+            made.hearing.cancel()
+            await asyncio.gather(made.hearing, return_exceptions=True)
 
 
 async def _is_recorded(ws: ClientConnection) -> bool:
@@ -81,13 +104,6 @@ async def _is_recorded(ws: ClientConnection) -> bool:
             raise Refused(message.code, message.message, message.field)
         if isinstance(message, Recorded):
             return message.on
-
-
-async def _send(ws: ClientConnection, waiting: asyncio.Queue[Mark]) -> None:
-    while True:
-        mark = await waiting.get()
-        await ws.send(encode_control(mark))
-        waiting.task_done()
 
 
 async def _hear(ws: ClientConnection) -> None:
@@ -108,19 +124,29 @@ async def set_one(url: str, token: str, ca_file: str, mark: Mark) -> None:
     """Set one mark; the arguments and errors are those of `marking`."""
     loop = asyncio.get_running_loop()
     begun = loop.time()
-    async with marking(url, token, ca_file) as put:
+    async with marking(url, token, ca_file) as made:
         ago = mark.ago + loop.time() - begun  # the marked moment was before the connection
-        put(mark.model_copy(update={"ago": ago}))
+        await made.put(mark.model_copy(update={"ago": ago}))
 
 
 async def set_stream(url: str, token: str, ca_file: str, marks: AsyncIterator[Mark]) -> None:
-    """Set each mark of a stream until it ends, or until the recording does.
+    """Set each mark of a stream until it ends, or until the recording does, which is an error.
 
     The other arguments, and the errors, are those of `marking`.
     """
-    async with marking(url, token, ca_file) as put:
-        async for mark in marks:
-            put(mark)
+    async with marking(url, token, ca_file) as made:
+
+        async def pump() -> None:
+            async for mark in marks:
+                await made.put(mark)
+
+        pumping = asyncio.ensure_future(pump())
+        ends = asyncio.FIRST_COMPLETED
+        await asyncio.wait((pumping, made.hearing), return_when=ends)
+        if made.hearing.done():
+            pumping.cancel()
+            made.hearing.result()
+        await pumping
 
 
 async def from_lines() -> AsyncGenerator[Mark]:
@@ -129,9 +155,25 @@ async def from_lines() -> AsyncGenerator[Mark]:
     Raises:
         SettingError: A line is out of the limits of a mark.
     """
-    while line := await asyncio.to_thread(sys.stdin.readline):
+    loop = asyncio.get_running_loop()
+    lines: asyncio.Queue[tuple[float, str]] = asyncio.Queue()
+    room = threading.Semaphore(_MOST_LINES)
+
+    def read() -> None:
+        # A thread of its own, which ends with the process: a read cannot be ended.
+        with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
+            while line := sys.stdin.readline():
+                room.acquire()
+                loop.call_soon_threadsafe(lines.put_nowait, (loop.time(), line))
+            loop.call_soon_threadsafe(lines.put_nowait, (loop.time(), ""))
+
+    threading.Thread(target=read, name="lines", daemon=True).start()
+    while (taken := await lines.get())[1]:
+        room.release()
+        at, line = taken
         if text := line.strip():
-            yield mark_of_line(text)
+            ago = min(MAX_MARK_AGE, loop.time() - at)
+            yield mark_of_line(text).model_copy(update={"ago": ago})
 
 
 def mark_of_line(line: str) -> Mark:
@@ -142,7 +184,7 @@ def mark_of_line(line: str) -> Mark:
     """
     try:
         said = json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         said = None
     if not isinstance(said, dict):
         return mark_of(line, {})

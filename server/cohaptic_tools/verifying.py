@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +51,7 @@ def _made_again(info: SessionInfo, body: Path | None) -> Body:
     from anybody.
     """
     made: dict[str, Any] = dict(info.settings)
-    name, hz = made.get("body"), round(1.0 / info.simulation_period, 9)
+    name = made.get("body")
     if not isinstance(name, str):
         which = one_line(str(made.get("class", info.body.get("name"))), 60)
         why = f"a program made its object ({which}); there use cohaptic_server.verify_session"
@@ -60,21 +61,24 @@ def _made_again(info: SessionInfo, body: Path | None) -> Body:
         raise SettingError("--body", "not given", limit)
     try:
         options = ObjectOptions(dict(made.get("object", {})), bool(made.get("auto", False)))
+        hz = round(1.0 / info.simulation_period, 9)
         users, relaxation = made.get("users"), float(made.get("relaxation", 0.0))
         settings = ServerSettings(simulation_hz=hz, body=name if body is None else str(body))
-    except (TypeError, ValueError) as error:
+        nonlinear = made.get("nonlinear") is True
+        return build_served(settings, options, users, relaxation * hz, nonlinear=nonlinear)
+    except (ArithmeticError, AttributeError, TypeError, ValueError) as error:
         raise NotVerifiable(f"it does not say how its object was made ({error})") from error
-    nonlinear = made.get("nonlinear") is True
-    return build_served(settings, options, users, relaxation * hz, nonlinear=nonlinear)
 
 
 def in_words(verdict: Verdict) -> str:
     """Return a sentence on a comparison."""
     if not verdict.patches and not verdict.missing:
         return "there is no patch in the session"
+    if verdict.cut_short:
+        return f"the file is cut short; until there {in_words(replace(verdict, cut_short=False))}"
     same = f"{verdict.identical} of {verdict.patches} patches are the same to the last bit"
     if verdict.missing:
-        return f"{verdict.missing} patches were not computed again; {same}"
+        return f"{verdict.missing} patches are in the file alone, or not in it; {same}"
     if verdict.identical == verdict.patches:
         return f"all {verdict.patches} patches are the same to the last bit"
     return f"{same}; the largest difference is {verdict.worst:.2g} ({verdict.where})"

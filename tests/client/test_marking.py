@@ -62,7 +62,7 @@ def test_the_command_sets_a_mark_or_many(tmp_path: Path) -> None:
     path = tmp_path / "x.mcap"
     with serve("balloon", port=0, record=str(path)) as room:
         run("begin", room.url, "--set", "trial=3", "--set", "side=left", "--set", "valid=true")
-        run("", room.url, "--lines", given='first\n\n{"text": "second", "n": 2.5}\n')
+        run("--lines", room.url, given='first\n\n{"text": "second", "n": 2.5}\n')
         with pytest.raises(SettingError, match="text of a mark"):
             run("", room.url, "--lines", given="x" * 201)
         with pytest.raises(SettingError, match="fields"):
@@ -111,3 +111,22 @@ def test_a_line_is_text_or_an_object(line: str, text: str, fields: dict[str, obj
 def test_an_object_without_a_text_is_no_mark() -> None:
     with pytest.raises(SettingError, match="text of a mark"):
         mark_of_line('{"trial": 3}')
+
+
+@pytest.mark.live
+def test_many_marks_leave_one_after_the_other_and_cost_nobody_the_hand(tmp_path: Path) -> None:
+    path = tmp_path / "x.mcap"
+    with serve("balloon", port=0, record=str(path)) as room:
+        run("--lines", room.url, given="".join(f"{k}\n" for k in range(100)))
+    with pytest.raises(SettingError, match="at most 64 that wait"):
+        _mark_without_end(tmp_path)
+    # All lines came at one moment, and that is the time of each, to the jitter of its way.
+    texts = {mark.text for mark in Outline.of(path).marks}
+    assert texts == {str(k) for k in range(100)}
+
+
+def _mark_without_end(folder: Path) -> None:
+    with serve("balloon", port=0, record=str(folder)) as room, joined(room.url, name="ann") as hand:
+        next(row for row in hand.samples() if hand.recorded)
+        for k in range(1000):
+            hand.mark(str(k))

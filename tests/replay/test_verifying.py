@@ -109,5 +109,5 @@ def test_what_cannot_be_made_again_is_an_error(
 
 def test_a_verdict_in_words() -> None:
     assert in_words(Verdict()) == "there is no patch in the session"
-    assert "2 patches were not computed again" in in_words(Verdict(3, 3, missing=2))
+    assert "2 patches are in the file alone, or not in it" in in_words(Verdict(3, 3, missing=2))
     assert "1e-07 (k_h)" in in_words(Verdict(3, 1, 1e-7, "k_h"))

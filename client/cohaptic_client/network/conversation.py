@@ -37,7 +37,7 @@ from cohaptic_client.haptics import Haptics
 from cohaptic_client.loop.added import reasons_of
 from cohaptic_client.loop.handle import TipSample
 from cohaptic_client.network.link import Data, Link
-from cohaptic_client.network.marks import Marks
+from cohaptic_client.network.marks import PACE, Marks
 from cohaptic_client.network.session import ClientSession
 from cohaptic_client.network.timing import LinkTiming, Pacer
 from cohaptic_client.news import News
@@ -163,6 +163,7 @@ class Conversation:
         self._failed: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._seq = 0
         self._rows_dropped = 0
+        self._next_mark = 0.0
 
     @property
     def user(self) -> int | None:
@@ -230,6 +231,8 @@ class Conversation:
             self._link.send(self._session.coming())
         elif isinstance(event, Welcome):
             self.place = None
+            # Rows of the time since the last connection are nobody's: perhaps nothing recorded it.
+            self._haptics.record(on=False)
             self._welcome, self._others = event, People(event)
             self.session = event.session or ""
             if self._settings.geometry != "mesh":
@@ -347,9 +350,11 @@ class Conversation:
             self._link.send(frame)
 
     def _send_marks(self) -> None:
-        while self._marks and self.recorded:
+        now = self._clock.now()
+        if self._marks and self.recorded and now >= self._next_mark:
+            self._next_mark = now + PACE
             at, mark = self._marks.popleft()
-            ago = self._clock.now() - at
+            ago = now - at
             if ago <= MAX_MARK_AGE:
                 self._link.send(encode_control(mark.model_copy(update={"ago": max(0.0, ago)})))
             else:

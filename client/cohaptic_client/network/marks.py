@@ -11,6 +11,8 @@ from cohaptic.errors import SettingError
 from cohaptic.protocol.messages import Mark
 
 Marks = deque[tuple[float, Mark]]  # that wait, each with its time on the client's clock [s]
+PACE = 0.05  # s between two marks; a server takes 60 messages a second of a connection
+MOST_WAITING = 64  # marks; three seconds of them
 Value = str | float | bool | None
 NOT_RECORDED = "set while the server records the session (cohaptic serve --record)"
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed
 
-from cohaptic.errors import CohapticError, RemoteProtocolError, ServerLost
+from cohaptic.errors import CohapticError, RemoteProtocolError, ServerLost, SettingError
 from cohaptic.protocol.messages import Mark, encode_control
 from cohaptic.sessions.entries import SessionInfo
 from cohaptic.sessions.recorder import SessionRecorder, open_recorder
@@ -27,11 +27,10 @@ from cohaptic.sessions.stream import (
 from cohaptic_client.address import check_secrecy, read_address
 from cohaptic_client.moderation import opened
 from cohaptic_client.network.conversation import Refused
-from cohaptic_client.network.marks import Value, mark_of
+from cohaptic_client.network.marks import MOST_WAITING, PACE, Value, mark_of
 
 _PATIENCE = 15.0  # s for the first entry; a server sends it within a tenth of a second
 _ENDS = (1000, 1001)  # as asked for, or since the server stops
-_MOST_MARKS = 1000  # that wait; more within a moment are a mistake of the program
 
 
 class RoomRecording:
@@ -48,7 +47,7 @@ class RoomRecording:
         self._target, self._url, self._token, self._ca_file = target, url, token, ca_file
         self._begun: Future[SessionRecorder] = Future()
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._marks: asyncio.Queue[tuple[float, Mark] | None] = asyncio.Queue(_MOST_MARKS)
+        self._marks: asyncio.Queue[tuple[float, Mark] | None] = asyncio.Queue()
         self._ended: Future[None] = Future()
         self._thread = threading.Thread(target=self._work, name="recording", daemon=True)
 
@@ -70,12 +69,15 @@ class RoomRecording:
             fields: Up to 16 further values: texts, numbers, booleans or None.
 
         Raises:
-            SettingError: A value is out of its limits.
+            SettingError: A value is out of its limits, or too many marks wait.
             CohapticError: The recording has ended.
         """
         if self._ended.done():
             self._ended.result()
         assert self._loop is not None
+        if self._marks.qsize() >= MOST_WAITING:
+            limit = f"at most {MOST_WAITING} that wait, of which {1.0 / PACE:g} a second leave"
+            raise SettingError("marks", "more", limit)
         mark = (self._loop.time(), mark_of(text, fields))
         self._loop.call_soon_threadsafe(self._marks.put_nowait, mark)
 
@@ -144,6 +146,7 @@ class RoomRecording:
             at, mark = waiting
             ago = self._loop.time() - at
             await ws.send(encode_control(mark.model_copy(update={"ago": ago})))
+            await asyncio.sleep(PACE)
         await ws.send(encode_control(EndRecording()))
 
     def _tell(self, sentence: str) -> None:

@@ -8,12 +8,11 @@ from collections.abc import Callable
 from cohaptic.clock import Clock
 from cohaptic.errors import CloseCode, LinkOverflow, ProtocolError, RemoteProtocolError
 from cohaptic.protocol.fields import FrameKind
-from cohaptic.protocol.websocket_frames import SMALL
 from cohaptic_server.room.latency import Data, UserLatency
 from cohaptic_server.room.peer import Peer
 from cohaptic_server.room.session import ServerSession
 from cohaptic_server.room.watch.watcher import Watcher
-from cohaptic_server.shell.wire import Wire, unmask
+from cohaptic_server.shell.wire import Wire, is_rows, unmask
 
 # Samples, or acks, that wait for a tick; a client sends one or two per tick. If more come, only the
 # newest are kept; dropping one costs a tenth of the time that decoding it would.
@@ -115,7 +114,7 @@ class Connection:
         if self._latency is not None:
             self.receive(unmask(frame))
             return
-        if frame[1] & 0x7F == SMALL:  # rows, which must not take the place of a sample
+        if is_rows(frame):  # which must not take the place of a sample
             self._deliver(self, unmask(frame), self._clock.now())
             return
         if len(self._frames) >= _MAX_FRAMES:

@@ -31,7 +31,7 @@ from cohaptic.sessions.entries import (
     Shown,
     Written,
 )
-from cohaptic.status.row import columns_with
+from cohaptic.status.row import ROW, columns_with
 from cohaptic.status.row_batch import RowBatch
 from cohaptic_server.bodies.body import elastic_of
 from cohaptic_server.guard.limits import FULL, Budget, spend
@@ -87,6 +87,7 @@ class Recording:
     def __init__(self, recorder: Keeper, room: Room, now: float, *, follows: bool) -> None:
         self.recorder = recorder
         self._room = room
+        self._begun = now
         self._linked: dict[int, float] = {}  # time of the last record of a user's link [s]
         self._rows: dict[int, float] = {}  # buckets of the users, as of `guard/limits.py`
         self._traversal = None if follows else _traversal(room)
@@ -140,12 +141,15 @@ class Recording:
 
     def rows(self, batch: RowBatch, user: int, now: float) -> None:
         """Add rows of a user's loop, and how many of them are missing."""
-        (t,) = _TIME.unpack_from(batch.block)
-        lost, clock, at = batch.lost, batch.clock, t + batch.clock.to_server
+        (first,) = _TIME.unpack_from(batch.block)
+        (last,) = _TIME.unpack_from(batch.block, len(batch.block) - ROW.size)
+        lost, clock, at = batch.lost, batch.clock, first + batch.clock.to_server
+        if now - _MAX_AGE <= at < self._begun:
+            return  # from before the recording, of which its client was told by another connection
         # A clock is what its client says, and nobody's file has rows of another day for that, nor
         # more of them than a loop makes.
         left = spend(self._rows.get(user, FULL), batch.count, _ROWS, now)
-        if left is None or not abs(now - at) <= _MAX_AGE:
+        if left is None or not (abs(now - at) <= _MAX_AGE and last - first <= _MAX_AGE):
             lost, at = lost + batch.count, now
         else:
             self._rows[user] = left

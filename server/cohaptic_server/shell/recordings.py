@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import Callable, Coroutine
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from cohaptic.errors import CohapticError, SettingError
@@ -34,6 +35,8 @@ class Recordings:
         self.current: Recording | None = None
         self._server = server
         self._changing: set[asyncio.Task[None]] = set()  # recordings that begin or end
+        # One change after the other, so that people are told of them in their order.
+        self._one = asyncio.Lock()
 
     @property
     def columns(self) -> ColumnRecord | None:
@@ -54,13 +57,19 @@ class Recordings:
             SettingError: The session is recorded already, or the file cannot be made.
             OutputError: The first bytes of the file cannot be written.
         """
-        tell = log.warning
-        await self.begin_by(lambda info: open_recorder(target, info, tell, option), option, target)
+        opens = partial(open_recorder, target, tell=log.warning, option=option)
+        await self.begin_by(opens, option, target)
 
     async def begin_by(
         self, opens: Callable[[SessionInfo], Keeper], option: str, target: str
     ) -> None:
         """Record the session from now on by what `opens` makes, in a thread; else as `begin`."""
+        async with self._one:
+            await self._begin_by(opens, option, target)
+
+    async def _begin_by(
+        self, opens: Callable[[SessionInfo], Keeper], option: str, target: str
+    ) -> None:
         server, room = self._server, self._server.room
         if room.record is not None:
             raise SettingError(option, target, "given while nothing else records the session")
@@ -83,15 +92,19 @@ class Recordings:
         log.info("recording to %s", recorder.path)
         server.carry_out(server.session_host.tell_recorded(on=True))
 
-    async def end(self, why: str = "") -> None:
+    async def end(self, why: str = "", only: Keeper | None = None) -> None:
         """End the recording, if there is one, and tell everybody in the room.
 
         Args:
             why: Reason for the log; empty where somebody has asked for it.
+            only: Keeper of the recording to end; None for any.
         """
-        recording, self.current = self.current, None
-        if recording is None:
-            return
+        async with self._one:
+            if self.current is not None and only in (None, self.current.recorder):
+                await self._end(self.current, why)
+
+    async def _end(self, recording: Recording, why: str) -> None:
+        self.current = None
         if why:
             log.warning("the recording ends: %s", why)
         log.info("%s", await recording.end())
@@ -110,7 +123,7 @@ class Recordings:
         if not recording.recorder.ended:
             recording.after_tick(self._server.web.ticked)
         elif not self._changing:  # the disk is full: nobody is recorded any more
-            self._start(self.end())
+            self._start(self.end(only=recording.recorder))
 
     def take(self, outcome: Outcome) -> None:
         """Take what an outcome has for the recording."""
@@ -133,13 +146,21 @@ class Recordings:
     async def _change(self, admin: Peer, *, on: bool) -> None:
         """Begin or end a recording, as an administrator asks, and answer."""
         server = self._server
-        done = on != (server.room.record is not None)
+        async with self._one:
+            done = await self._changed(on=on)
+        server.carry_out(server.session_host.answer_recording(admin, begins=on, done=done))
+
+    async def _changed(self, *, on: bool) -> bool:
+        target, option = self._server.settings.recordings, "--recordings"
         try:
-            if done and on:
-                await self.begin(server.settings.recordings, "--recordings")
-            elif done:
-                await self.end()
+            if on:
+                opens = partial(open_recorder, target, tell=log.warning, option=option)
+                await self._begin_by(opens, option, target)
+            elif self.current is not None:
+                await self._end(self.current, "")
+            else:
+                return False
         except CohapticError as error:
             log.warning("%s", error)
-            done = False
-        server.carry_out(server.session_host.answer_recording(admin, begins=on, done=done))
+            return False
+        return True

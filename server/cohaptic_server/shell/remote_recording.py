@@ -12,6 +12,7 @@ import logging
 from collections.abc import AsyncGenerator
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
 
 from websockets.exceptions import ConnectionClosed
 
@@ -55,12 +56,13 @@ class SentAway:
         self._waiting: list[Written] = [info]
         self._size = 0
         self._left_out = 0
+        self._newest = info.t
 
     def add(self, entry: Written) -> None:
         """Add an entry without waiting; one that is too much is left out, and counted."""
         if self.ended:
             return
-        size = size_of(entry)
+        size, self._newest = size_of(entry), entry.t
         if self._size + size > _WAITING:
             self._left_out += 1
             return
@@ -78,6 +80,9 @@ class SentAway:
     def finish(self) -> str:
         """End it; return a sentence for the log."""
         self.ended = True
+        if self._left_out:
+            self._waiting.append(LeftOut(self._newest, self._left_out))
+            self._left_out = 0
         return f"the recording for the {self.path} has ended"
 
 
@@ -135,8 +140,7 @@ class RecordingDesk:
                 hearing.result()
         finally:
             hearing.cancel()
-            if recordings.current is not None and recordings.current.recorder is sent:
-                await recordings.end()
+            await recordings.end(only=sent)
         await self._send(ws, sent)
 
     async def _send(self, ws: Wire, sent: SentAway) -> None:
@@ -162,7 +166,7 @@ class RecordingDesk:
         wall = server.clock.now() + server.clock.to_wall()
         server.limiter.sources.join(ws.source, server.clock.now())
         guest = admission.admit(request.token, server.room_admission.room, wall)
-        if guest.grants.may_record or (admission.ring is None and _is_here(ws.source)):
+        if guest.grants.may_record or (admission.ring is None and _is_here(ws)):
             return
         advice = "use a token of `cohaptic token --record`, or record on the server's machine"
         raise forbidden("you may not record this room (roomRecord)", advice)
@@ -177,8 +181,14 @@ async def _requests(ws: Wire) -> AsyncGenerator[object]:
         yield decode_request(data)
 
 
-def _is_here(source: str) -> bool:
+def _is_here(ws: Wire) -> bool:
+    """Whether a program of this machine asks, and no page, and nobody through a proxy by name."""
+    headers = {} if ws.request is None else ws.request.headers
+    host = urlsplit(f"//{headers.get('Host', '')}").hostname or ""
+    if "Origin" in headers:
+        return False
     try:
-        return ipaddress.ip_address(source).is_loopback
+        asked = host == "localhost" or ipaddress.ip_address(host).is_loopback
+        return asked and ipaddress.ip_address(ws.source).is_loopback
     except ValueError:
         return False

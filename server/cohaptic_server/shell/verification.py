@@ -74,7 +74,8 @@ class Verdict:
         identical: Number of those that are the same to the last bit.
         worst: Largest difference of two numbers, relative to the number, or absolute below 1.
         where: Tick, user and name of the number with the largest difference; empty for none.
-        missing: Number of patches of the file that the room has not computed.
+        missing: Number of patches that only one of both has: the file, or the room of its inputs.
+        cut_short: Whether the file ends before its recording did, as after a killed server.
     """
 
     patches: int = 0
@@ -82,6 +83,7 @@ class Verdict:
     worst: float = 0.0
     where: str = ""
     missing: int = 0
+    cut_short: bool = False
 
     @property
     def holds(self) -> bool:
@@ -106,7 +108,10 @@ class Replayed:
     def __init__(self, info: SessionInfo, body: Body) -> None:
         if info.settings.get("from_rest") is not True:
             raise NotVerifiable("it began after people had touched the object")
-        hz = round(1.0 / info.simulation_period, 9)
+        try:
+            hz, tick = round(1.0 / info.simulation_period, 9), int(info.settings.get("tick", 0))
+        except (ArithmeticError, TypeError, ValueError) as error:
+            raise NotVerifiable(f"it does not say how it began ({error})") from error
         settings = ServerSettings(simulation_hz=hz, max_users=_MOST_USERS, allow_fixed_gains=True)
         elastic = elastic_of(body)
         self._columns = elastic if isinstance(elastic, HasColumns) else None
@@ -115,7 +120,7 @@ class Replayed:
             self._columns.columns.store.fill()
         self._asked: ColumnRequest | None = None
         self.room = Room(body, settings)
-        self.room.world = WorldState(int(info.settings.get("tick", 0)))
+        self.room.world = WorldState(tick)
 
     # Above 60 lines: one branch for each input of a room.
     def take(self, entry: Input) -> None:
@@ -182,6 +187,7 @@ def verify(entries: Iterable[Entry], body: Body) -> Iterator[tuple[float, Verdic
         NotVerifiable: The recording does not begin at rest, or lacks something.
     """
     replayed, verdict, t = None, Verdict(), 0.0
+    due = set[int]()  # users whose patches of the last tick have not come yet
     for entry in entries:
         if isinstance(entry, SessionInfo):
             replayed = Replayed(entry, body)
@@ -191,16 +197,20 @@ def verify(entries: Iterable[Entry], body: Body) -> Iterator[tuple[float, Verdic
             raise NotVerifiable("the disk was too slow for it, so that a part is missing")
         elif isinstance(entry, Damage):
             if entry.cut_short:
+                yield t, replace(verdict, cut_short=True)
                 return
             raise NotVerifiable("a part of the file is damaged")
         elif isinstance(entry, Patched):
             verdict = _with(verdict, entry, replayed.room)
+            due.discard(entry.user)
         elif isinstance(entry, Input):
             replayed.take(entry)
             if isinstance(entry, Ticked):
                 t = entry.t
+                verdict = replace(verdict, missing=verdict.missing + len(due))
+                due = set(replayed.room.patches)
                 yield t, verdict
-    yield t, verdict
+    yield t, replace(verdict, missing=verdict.missing + len(due))
 
 
 def verify_session(path: Path | str, body: Body) -> Verdict:

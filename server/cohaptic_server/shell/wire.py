@@ -24,6 +24,7 @@ from websockets.protocol import State
 
 from cohaptic.clock import SystemClock, thread_time
 from cohaptic.errors import CloseCode, ProtocolError, RemoteProtocolError, one_line
+from cohaptic.protocol.fields import FrameKind
 from cohaptic.protocol.websocket_frames import (
     BINARY,
     END_OF_HEAD,
@@ -64,6 +65,13 @@ def is_medium_binary(frame: bytes) -> bool:
     """
     fits = len(frame) <= _LONGEST
     return fits and frame[:1] == _BINARY and is_medium_masked(frame)
+
+
+def is_rows(frame: bytes) -> bool:
+    """Whether a frame that passed one of the two functions above has rows, by its second byte."""
+    head = 4 if frame[1] & 0x7F == SMALL else 2
+    kind = head + KEY + 1
+    return len(frame) > kind and frame[kind] ^ frame[head + 1] == FrameKind.ROWS
 
 
 def unmask(frame: bytes) -> bytes:

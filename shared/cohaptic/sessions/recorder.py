@@ -13,6 +13,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from cohaptic.errors import OutputError, SettingError, one_line
+from cohaptic.room_address import is_room_name
 from cohaptic.sessions.entries import LeftOut, SessionInfo, Written, size_of
 from cohaptic.sessions.writer import SessionFile
 
@@ -228,7 +229,9 @@ def open_recorder(
         raise SettingError(option, target, f"a folder ({error.strerror})") from error
     begun = datetime.fromtimestamp(info.t + info.to_wall, UTC).strftime("%Y-%m-%dT%H-%M-%S")
     for k in range(1, _MOST_OF_A_NAME):
-        name = f"{info.room or 'room'}-{begun}{f'-{k}' if k > 1 else ''}{SUFFIX}"
+        # A server somewhere may call its room as it likes: a name must not lead out of the folder.
+        room = info.room if is_room_name(info.room) else "room"
+        name = f"{room}-{begun}{f'-{k}' if k > 1 else ''}{SUFFIX}"
         if not (path / name).exists():
             try:
                 return SessionRecorder(path / name, info, tell=tell, option=option)

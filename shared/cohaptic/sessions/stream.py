@@ -16,7 +16,7 @@ from cohaptic.errors import RemoteProtocolError
 from cohaptic.protocol.control.message import ControlMessage, WithSecrets
 from cohaptic.protocol.messages import Error, Mark, Token, decode_text
 from cohaptic.sessions.codec import decode, encode
-from cohaptic.sessions.entries import LARGEST, Written
+from cohaptic.sessions.entries import LARGEST, LeftOut, Written
 from cohaptic.sessions.schemas import CHANNELS
 
 SUBPROTOCOL = "cohaptic.record.v1"
@@ -59,13 +59,15 @@ def decode_error(text: str) -> Error:
 
 
 def encode_batch(entries: Iterable[Written]) -> list[bytes]:
-    """Return messages with these entries; an entry that no file can hold is left out."""
-    messages, parts, size = list[bytes](), list[bytes](), 0
+    """Return messages with these entries; one that no file can hold is counted as left out."""
+    messages, parts, size, newest = list[bytes](), list[bytes](), 0, 0.0
     for entry in entries:
         try:
             data = encode(entry)
         except (ValueError, TypeError):
-            continue
+            entry = LeftOut(newest, 1)
+            data = encode(entry)
+        newest = entry.t
         if parts and size + len(data) > LARGEST:
             messages.append(b"".join(parts))
             parts, size = [], 0

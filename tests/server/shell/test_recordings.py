@@ -100,8 +100,12 @@ def test_rows_and_marks_of_a_client_are_kept_and_what_is_missing_is_said(
             await client.join("ann")
             await client.play(1)
             now = served.server.clock.now()
-            for lost, offset in ((0, now), (7, now), (0, now + 3600.0)):
-                batch = RowBatch(lost, Clock(offset, 0.001, 0.004, 0.0005), block)
+            far = block[: -ROW.size] + ROW.pack(9e8, *rest)  # one row of another decade
+            for lost, offset, rows in (
+                (0, now, block), (7, now, block), (0, now + 3600.0, block), (0, now, far),
+                (3, now - 30.0, block),
+            ):  # fmt: skip
+                batch = RowBatch(lost, Clock(offset, 0.001, 0.004, 0.0005), rows)
                 await client.ws.send(batch.encode())
             mark = Mark(text="stimulus on", fields={"trial": 3}, ago=0.5)
             await client.ws.send(encode_control(mark))
@@ -114,7 +118,11 @@ def test_rows_and_marks_of_a_client_are_kept_and_what_is_missing_is_said(
     assert [(entry.user, entry.to_server, len(entry.block)) for entry in rows] == [
         (1, now, len(block)), (1, now, len(block)),
     ]  # fmt: skip
-    assert [e.count for e in entries if isinstance(e, RowsLost)] == [7, 20]  # of another hour
+    assert [e.count for e in entries if isinstance(e, RowsLost)] == [
+        7,
+        20,
+        20,
+    ]  # of another hour, or decade
     (mark,) = [entry for entry in entries if isinstance(entry, Marked)]
     assert (mark.text, mark.fields, mark.by) == ("stimulus on", {"trial": 3}, 1)
     assert now - 0.5 <= mark.t < now + 60.0
@@ -237,3 +245,30 @@ def test_what_an_administrator_does_is_in_the_file(small_balloon: Balloon, tmp_p
     assert kinds.count(Left) == 1
     (event,) = [entry for entry in read_entries(path) if isinstance(entry, Happened)]
     assert (event.kind, event.text) == ("moderated", "root: kick of ann")
+
+
+def test_changes_that_come_at_once_are_made_and_told_in_their_order(
+    small_balloon: Balloon, tmp_path: Path
+) -> None:
+    folder = str(tmp_path)
+
+    async def happens() -> tuple[list[bool], bool]:
+        async with serving(small_balloon) as served, visit(served.url) as client:
+            await client.join("ann")
+            await client.play(1)
+            recordings = served.server.recordings
+            for _ in range(5):
+                await asyncio.gather(
+                    recordings.begin(folder), recordings.end(),
+                    recordings.begin(folder), recordings.end(),
+                )  # fmt: skip
+            await recordings.begin(folder)
+            await client.play(3)
+            return [
+                n.on for n in client.news if isinstance(n, Recorded)
+            ], recordings.current is not None
+
+    told, going_on = asyncio.run(happens())
+    assert going_on
+    assert told[-1]  # only the newest state need come
+    assert len(list(tmp_path.iterdir())) == 11

@@ -13,6 +13,7 @@ from cohaptic.protocol.contact_sample import ContactSample
 from cohaptic.protocol.scene import Scene
 from cohaptic.protocol.traversal import Traversal
 from cohaptic.sessions.entries import (
+    Damage,
     Entry,
     Heard,
     LeftOut,
@@ -117,6 +118,20 @@ def test_another_body_is_found(recorded: list[Entry], small_balloon: Balloon) ->
 def test_a_patch_that_nobody_computes_is_missing(recorded: list[Entry]) -> None:
     last = next(entry for entry in reversed(recorded) if isinstance(entry, Patched))
     assert judged([*recorded, replace(last, user=99)], Balloon()).missing == 1
+
+
+def test_patches_that_the_file_lacks_are_missing(recorded: list[Entry]) -> None:
+    patched = [entry for entry in recorded if isinstance(entry, Patched)]
+    less = [entry for entry in recorded if entry not in patched[20:30]]
+    verdict = judged(less, Balloon())
+    assert (verdict.missing, verdict.holds) == (10, False)
+
+
+def test_a_file_that_is_cut_short_says_so(recorded: list[Entry]) -> None:
+    ticks = [i for i, entry in enumerate(recorded) if isinstance(entry, Ticked)]
+    verdict = judged([*recorded[: ticks[60]], Damage(0.0, cut_short=True)], Balloon())
+    assert verdict.cut_short
+    assert verdict.holds
 
 
 @pytest.mark.parametrize("what", ["late", "a gap", "left out", "no beginning"])

@@ -3,6 +3,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from cohaptic.errors import OutputError, SettingError
 from cohaptic.recording.part import Part
 from cohaptic.sessions.entries import Happened, LeftOut, Mark, SessionInfo, Ticked, Written
 from cohaptic.sessions.reader import Outline, read_entries
-from cohaptic.sessions.recorder import SessionRecorder
+from cohaptic.sessions.recorder import SessionRecorder, open_recorder
 from tests.client.devices.until import until
 from tests.give_up import give_up
 from tests.patience import PATIENCE
@@ -226,3 +227,13 @@ def test_a_full_disk_ends_the_recording_and_keeps_what_fitted(tmp_path: Path, ro
         if room >= 256:
             assert len(texts) >= 100
         filling.unlink()
+
+
+@pytest.mark.parametrize("room", ["../evil", "/tmp/evil", "a/b", "..", "", "x" * 300, "a\0b"])
+def test_the_name_of_a_room_leads_out_of_no_folder(room: str, tmp_path: Path) -> None:
+    folder = tmp_path / "mine"
+    made = open_recorder(str(folder), replace(info(), room=room), lambda words: None)
+    made.finish()
+    assert [path.parent for path in folder.iterdir()] == [folder]
+    assert list(tmp_path.iterdir()) == [folder]
+    assert made.path.name.startswith("room-")
