@@ -2,17 +2,17 @@
 
     python benchmarks/recording.py [--minutes 10] [--users 8] [--beside 1] [--json FILE]
 
-`--users` clients with their loops at 1 kHz (`cohaptic touch`, processes of this machine) press a
-balloon in a rhythm. A minute or so (`--beside`) goes by without a recording before and after one of
-`--minutes`. Ratios are of one run. A tick's cost ends when its patches are written; the recording's
-own time on the event loop, after that, is counted beside it.
+`--users` people press a balloon in a rhythm and send their rows at 1 kHz; their loops run elsewhere
+(`row_users.py`), since eight loops take more than two cores. A minute or so (`--beside`) goes by
+without a recording before and after one of `--minutes`. Ratios are of one run. A tick's cost ends
+when its patches are written; the recording's own time on the event loop, after that, is counted
+beside it.
 """
 
 from __future__ import annotations
 
 import argparse
 import asyncio
-import math
 import subprocess
 import sys
 import tempfile
@@ -52,7 +52,7 @@ def main() -> None:
 async def _measure(args: argparse.Namespace, path: Path, results: list[json_report.Result]) -> None:
     server = CohapticServer(Balloon(), ServerSettings(port=0))
     url = await server.start()
-    people = [_touch(url, i, args.users, path.parent) for i in range(args.users)]
+    people = _people(url, args.users)
     prefer_this_process(SERVER_PRIORITY)
     ticking = asyncio.create_task(server.run())
     try:
@@ -65,12 +65,10 @@ async def _measure(args: argparse.Namespace, path: Path, results: list[json_repo
         await server.recordings.end()
         await _span(server, "without", args.beside, results)
     finally:
-        for person in people:
-            person.terminate()
+        people.terminate()
         ticking.cancel()
         await asyncio.gather(ticking, return_exceptions=True)
-        for person in people:
-            person.wait()
+        people.wait()
 
 
 async def _span(
@@ -136,13 +134,9 @@ def _tell_file(args: argparse.Namespace, path: Path, results: list[json_report.R
     )  # fmt: skip
 
 
-def _touch(url: str, i: int, users: int, folder: Path) -> subprocess.Popen[bytes]:
-    command = [
-        sys.executable, "-m", "cohaptic", "touch", url, "--name", f"user{i}", "--angle",
-        f"{math.degrees(2.0 * math.pi * i / users):.1f}", "--rhythm-s", "2",
-    ]  # fmt: skip
-    with (folder / f"user{i}.txt").open("wb") as words:
-        return subprocess.Popen(command, stdout=words, stderr=subprocess.STDOUT)
+def _people(url: str, users: int) -> subprocess.Popen[bytes]:
+    script = str(Path(__file__).with_name("row_users.py"))
+    return subprocess.Popen([sys.executable, script, url, str(users)], stdout=subprocess.DEVNULL)
 
 
 if __name__ == "__main__":

@@ -28,19 +28,14 @@ import numpy as np
 
 import json_report
 from cohaptic import __version__
-from cohaptic.control.room_lag import NO_LAG
-from cohaptic.protocol.scene import encode_scene
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.sessions.entries import (
-    Heard,
     Joined,
     Link,
     Mesh,
-    Patched,
     Rows,
     SessionInfo,
     Shown,
-    Ticked,
     Written,
 )
 from cohaptic.sessions.reader import Outline, read_entries
@@ -55,7 +50,6 @@ from cohaptic_client.loop.rows import row_of
 from cohaptic_experiments.virtual_session import VirtualSession, VirtualUser
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.body_frames import describe
-from cohaptic_server.room.watch.scene_broadcast import records
 
 STRETCH = 4.0  # s of scenes that the page of a replay fetches at once
 JUMPS = 20  # moments to which the replay goes
@@ -94,6 +88,23 @@ class Hand:
         user._note = note  # type: ignore[method-assign]  # pyright: ignore[reportPrivateUsage]
 
 
+class Noted:
+    """Takes the entries of a session into a list, in place of a file."""
+
+    path, ended = Path("nowhere"), False
+
+    def __init__(self, entries: list[Written]) -> None:
+        self._entries = entries
+
+    def add(self, entry: Written) -> None:
+        """Note an entry."""
+        self._entries.append(entry)
+
+    def finish(self) -> str:
+        """Return a sentence."""
+        return "noted"
+
+
 def sampled(users: int, seconds: float) -> tuple[SessionInfo, list[Written]]:
     """The first entry of a session, and some seconds of all others, in the order of their times."""
     session = VirtualSession(Balloon())
@@ -103,6 +114,7 @@ def sampled(users: int, seconds: float) -> tuple[SessionInfo, list[Written]]:
         describe(session.room.body).model_dump(mode="json"),
         session.room.settings.simulation_period, 1.8e9, {"body": "balloon"},
     )  # fmt: skip
+    session.keep_in(Noted(entries))
     hands = list[Hand]()
     noise = np.random.default_rng(1)
     for i in range(users):
@@ -114,29 +126,8 @@ def sampled(users: int, seconds: float) -> tuple[SessionInfo, list[Written]]:
             f"user {i}", script, delay=0.01, jitter=0.002, seed=i, friction=0.3, geometry="mesh",
             models=True,
         )  # fmt: skip
-        hello = session.room.members[user.number].hello.model_dump(mode="json")
-        entries.append(Joined(session.now, user.number, f"user {i}", hello, 10.0))
         hands.append(Hand(user, session, noise))
         hands[-1].watch()
-    entries.append(Mesh(session.now, session.room.frames.touch_mesh()))
-    room: Any = session.room
-    hears, ticks = room.sample, room.tick
-
-    def sample(number: int, found: Any, now: float) -> None:
-        hears(number, found, now)
-        entries.append(Heard(now, number, found.encode()))
-
-    def tick(now: float) -> Any:
-        patches = ticks(now)
-        number = session.room.world.tick
-        entries.append(Ticked(now, number))
-        entries.extend(Patched(now, number, u, p.encode()) for u, p in patches.items())
-        shown = records(session.room.world, patches)
-        frame = encode_scene(number, now, NO_LAG, b"".join(r.encode() for r in shown), b"")
-        entries.append(Shown(now, number, frame))
-        return patches
-
-    room.sample, room.tick = sample, tick
     for step in range(round(seconds / BATCH)):
         session.run(BATCH)
         for hand in hands:

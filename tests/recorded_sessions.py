@@ -10,19 +10,12 @@ from typing import Any
 import numpy as np
 
 from cohaptic import __version__
-from cohaptic.protocol.scene import encode_scene
-from cohaptic.protocol.scene_surface import FINEST, Surface
-from cohaptic.protocol.traversal import Traversal
 from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.sessions.entries import (
     Happened,
-    Joined,
-    Left,
     Mark,
-    Mesh,
     Rows,
     SessionInfo,
-    Shown,
     Written,
 )
 from cohaptic.sessions.writer import SessionFile
@@ -32,11 +25,9 @@ from cohaptic_experiments.virtual_session import VirtualSession
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.room.body_frames import describe
-from cohaptic_server.room.watch.scene_broadcast import displacement, records
-from session_file import Hand
+from session_file import Hand, Noted
 
 STEP = 0.1  # s of rows in one block
-SURFACE_EVERY = 4  # ticks
 TO_WALL = 1.8e9  # s
 
 
@@ -44,26 +35,18 @@ class _Noted:
     """A session in virtual time whose entries are noted."""
 
     def __init__(self, body: Body, *, surfaces: bool) -> None:
-        self.session = VirtualSession(body)
-        self.found: list[Written] = [Mesh(self.session.now, self.session.room.frames.shown_mesh())]
-        self._mesh = self.session.room.body.mesh
-        self._traversal = Traversal.of(len(self._mesh.vertices), self._mesh.faces)
-        self._surfaces = surfaces
+        self.session, self.found = VirtualSession(body), list[Written]()
+        self.session.keep_in(Noted(self.found), surfaces=surfaces)
         self._hands: dict[str, Hand] = {}
-        room: Any = self.session.room
-        self._ticks, room.tick = room.tick, self._tick
 
     def join(self, name: str, angle: float) -> None:
         script = HandScript(angle=angle, depth=0.015, rhythm=Rhythm(2.0), approach_at=0.1)
         user = self.session.join(name, script, delay=0.02, seed=len(self._hands))
-        hello = self.session.room.members[user.number].hello.model_dump(mode="json")
-        self.found.append(Joined(self.session.now, user.number, name, hello, 10.0))
         self._hands[name] = Hand(user, self.session, np.random.default_rng(1))
         self._hands[name].watch()
 
     def leave(self, name: str) -> None:
-        number = self._hands.pop(name).user.number
-        self.found.append(Left(self.session.now, number, "the client left"))
+        del self._hands[name]
         self.session.drop(name)
 
     def run(self) -> None:
@@ -73,17 +56,6 @@ class _Noted:
             hand.rows.clear()
             t, number = float(block[0, 0]), hand.user.number
             self.found.append(Rows(t, number, COLUMNS, block.tobytes(), 0.0, 1e-4))
-
-    def _tick(self, now: float) -> Any:
-        patches = self._ticks(now)
-        world, tail = self.session.room.world, b""
-        if self._surfaces and world.tick % SURFACE_EVERY == 1:
-            shape = displacement(world, len(self._mesh.vertices))
-            tail = Surface.of(shape, FINEST).encode(self._traversal)
-        users = b"".join(record.encode() for record in records(world, patches))
-        scene = encode_scene(world.tick, now, world.room, users, tail)
-        self.found.append(Shown(now, world.tick, scene))
-        return patches
 
 
 def entries(

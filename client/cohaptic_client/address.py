@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from urllib.parse import parse_qs, urlsplit, urlunsplit
 
 from cohaptic.errors import SettingError
+from cohaptic.room_address import room_url
 
 _SCHEMES = {"http": "ws", "https": "wss", "ws": "ws", "wss": "wss"}
 
@@ -42,6 +43,26 @@ def read_address(said: str) -> Address:
     token = parse_qs(parts.fragment).get("token", [""])[0]
     # Without query and fragment, because both could be written to a log.
     return Address(urlunsplit((scheme, parts.netloc, parts.path, "", "")), token)
+
+
+def room_at(said: str, token: str, room: str = "", *, insecure: bool = False) -> Address:
+    """Return the address of a room, with the token to send there.
+
+    Args:
+        said: As for `read_address`.
+        token: Token, if the link has none; empty for none.
+        room: Name of a room of a server with several; empty for that of the address.
+        insecure: Whether to send a token without TLS.
+
+    Raises:
+        SettingError: The token would go to another machine without encryption, or `room` is no
+            name of a room.
+    """
+    address = read_address(said)
+    token = address.token or token
+    if token:
+        check_secrecy(address.url, insecure=insecure)
+    return Address(room_url(address.url, room), token)
 
 
 def with_slash(url: str) -> str:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from cohaptic.errors import SettingError, one_line
-from cohaptic.room_address import room_url
 from cohaptic_client.admin_action import TO_SOMEBODY, Action
+from cohaptic_client.room_options import CaFile, Insecure, RoomName
 
 _ACTIONS = ", ".join(action.value for action in Action)
 
@@ -21,9 +20,7 @@ def admin(
     # A text, since the words are too many for the line on which typer would list them.
     action: Annotated[str, typer.Argument(help=f"One of: {_ACTIONS}.")] = Action.LIST.value,
     who: Annotated[str, typer.Argument(help="Name or number of a user; a name for unban.")] = "",
-    room: Annotated[
-        str, typer.Option(help="Of a server with several: the same as URL/r/ROOM.")
-    ] = "",
+    room: RoomName = "",
     force: Annotated[
         float | None,
         typer.Option(help="Largest force of all together [N], for force-budget; else no limit."),
@@ -34,10 +31,8 @@ def admin(
             envvar="COHAPTIC_TOKEN", show_default=False, help="Made by `cohaptic token --admin`."
         ),
     ] = "",
-    ca_file: Annotated[
-        Path | None, typer.Option(help="Certificates that vouch for the server.")
-    ] = None,
-    insecure: Annotated[bool, typer.Option("--insecure", help="Send a token without TLS.")] = False,
+    ca_file: CaFile = None,
+    insecure: Insecure = False,
 ) -> None:
     """See who is in a room; kick, mute, ban, freeze, reset, record.
 
@@ -57,13 +52,11 @@ def admin(
         raise SettingError("--force", force, "given with force-budget, from 0 to 1000 N")
     import asyncio
 
-    from cohaptic_client.address import check_secrecy, read_address
+    from cohaptic_client.address import room_at
     from cohaptic_client.moderation import act
 
-    address = read_address(url)
-    token = address.token or token
-    if token:
-        check_secrecy(address.url, insecure=insecure)
-    target = room_url(address.url, room)
-    for line in asyncio.run(act(target, token, str(ca_file or ""), wanted, who, force)):
+    address = room_at(url, token, room, insecure=insecure)
+    for line in asyncio.run(
+        act(address.url, address.token, str(ca_file or ""), wanted, who, force)
+    ):
         typer.echo(one_line(line, 400))

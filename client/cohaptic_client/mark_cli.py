@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cohaptic.errors import SettingError
-from cohaptic.room_address import room_url
+from cohaptic_client.room_options import CaFile, Insecure, RoomName
 
 if TYPE_CHECKING:
     from cohaptic_client.network.marks import Value
@@ -38,19 +37,15 @@ def mark(
             " of the stream, until Ctrl-C. Needs the extra lsl.",
         ),
     ] = False,
-    room: Annotated[
-        str, typer.Option(help="Of a server with several: the same as URL/r/ROOM.")
-    ] = "",
+    room: RoomName = "",
     token: Annotated[
         str,
         typer.Option(
             envvar="COHAPTIC_TOKEN", show_default=False, help="Of an invitation that may touch."
         ),
     ] = "",
-    ca_file: Annotated[
-        Path | None, typer.Option(help="Certificates that vouch for the server.")
-    ] = None,
-    insecure: Annotated[bool, typer.Option("--insecure", help="Send a token without TLS.")] = False,
+    ca_file: CaFile = None,
+    insecure: Insecure = False,
 ) -> None:
     """Set a mark in the recording of a session, such as the begin of a trial.
 
@@ -66,26 +61,23 @@ def mark(
         raise SettingError("text", repr(text[:60]), "given without --lines, and not with it")
     import asyncio
 
-    from cohaptic_client.address import check_secrecy, read_address
+    from cohaptic_client.address import room_at
     from cohaptic_client.marking import set_one, set_stream
     from cohaptic_client.network.marks import mark_of
 
-    address = read_address(url)
-    token = address.token or token
-    if token:
-        check_secrecy(address.url, insecure=insecure)
-    target, certificates = room_url(address.url, room), str(ca_file or "")
+    address = room_at(url, token, room, insecure=insecure)
+    there = (address.url, address.token, str(ca_file or ""))
     if lsl:
         from cohaptic_client.lsl import markers
 
-        asyncio.run(set_stream(target, token, certificates, markers(text)))
+        asyncio.run(set_stream(*there, markers(text)))
     elif lines:
         from cohaptic_client.marking import from_lines
 
-        asyncio.run(set_stream(target, token, certificates, from_lines()))
+        asyncio.run(set_stream(*there, from_lines()))
     else:
         fields = dict(_value(one) for one in given or [])
-        asyncio.run(set_one(target, token, certificates, mark_of(text, fields)))
+        asyncio.run(set_one(*there, mark_of(text, fields)))
 
 
 def _value(given: str) -> tuple[str, Value]:

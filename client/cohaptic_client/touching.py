@@ -167,7 +167,7 @@ def _recorded(
     # Imported here, since a client that records nothing needs none of it.
     from cohaptic_client.own_session import OwnSession as Made
 
-    return Made(record.path, tell)
+    return Made(record.path, tell, _aside(tell))
 
 
 class _Recorded:
@@ -188,13 +188,13 @@ class _Recorded:
         self, record: Output | None, settings: ClientSettings, tell: Callable[[str], None]
     ) -> None:
         self.client: Client | None = None
-        self._tell, self._loop = tell, get_running_loop()
+        self._tell = tell
         self._noted = -math.inf  # time of the newest note of the clocks [s]
         self._recorder: Recorder | None = None
         if record is not None:
             self._recorder = Recorder(
                 record.path, name=settings.name, loop_hz=settings.loop_hz,
-                overwrite=record.overwrite, tell=self._tell_from_thread,
+                overwrite=record.overwrite, tell=_aside(tell),
                 rules=reasons_of(settings.rules),
             )  # fmt: skip
 
@@ -220,9 +220,16 @@ class _Recorded:
             return lost
         return None
 
-    def _tell_from_thread(self, news: str) -> None:
+
+def _aside(tell: Callable[[str], None]) -> Callable[[str], None]:
+    """Return a function that any thread may call, which calls `tell` in the running event loop."""
+    loop = get_running_loop()
+
+    def call(news: str) -> None:
         with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
-            self._loop.call_soon_threadsafe(self._tell, news)
+            loop.call_soon_threadsafe(tell, news)
+
+    return call
 
 
 async def _show(

@@ -41,7 +41,7 @@ from cohaptic_server.room.body_frames import describe
 from cohaptic_server.room.input_record import InputRecord
 from cohaptic_server.room.room import Room
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.recording import Recording, info_of
+from cohaptic_server.shell.recording import Keeper, Recording, info_of
 
 PERIOD = 0.001  # s
 _USUAL = Thresholds()
@@ -305,18 +305,26 @@ class VirtualSession:
             SettingError: The file exists, or cannot be made.
             OutputError: It cannot be written; what there is of it is kept.
         """
-        room = self.room
-        info = info_of(room, self.now, 0.0)
+        info = info_of(self.room, self.now, 0.0)
         recorder = SessionRecorder(Path(path), info, tell=warnings.warn, option="record")
-        room.record = InputRecord(recorder.add, room.members.values(), self.now)
-        self.recording = Recording(
-            recorder, room, self.now, follows=green_source(room.body) is not None
-        )
+        self.keep_in(recorder)
         try:
             yield
         finally:
-            room.record = self.recording = None
+            self.room.record = self.recording = None
             recorder.finish()
+
+    def keep_in(self, keeper: Keeper, *, surfaces: bool = False) -> None:
+        """Give all entries of the session to a keeper from now on.
+
+        Args:
+            keeper: Takes the entries, such as a recorder of a file.
+            surfaces: Whether scenes have their surface though it follows from the contacts.
+        """
+        room = self.room
+        follows = not surfaces and green_source(room.body) is not None
+        room.record = InputRecord(keeper.add, room.members.values(), self.now)
+        self.recording = Recording(keeper, room, self.now, follows=follows)
 
     def set_law(self, name: str, law: Law, fixed_gains: FixedGains | None = None) -> None:
         """A user changes its law, at once."""

@@ -6,10 +6,10 @@ import pytest
 
 from cohaptic.status.report import TouchStatus
 from cohaptic.status.row import COLUMNS, Row
-from cohaptic_client.client import state_in_words, touch_status
 from cohaptic_client.network.timing import LinkTiming, Passage
 from cohaptic_client.news import silence_in_words
 from cohaptic_client.settings import ClientSettings
+from cohaptic_client.touch_state import state_in_words, touch_status
 
 SETTINGS = ClientSettings(url="ws://127.0.0.1:1", name="left")
 ROW = Row(*[0.0] * len(COLUMNS))._replace(tick=7, scale=1.0, fx=3.0, fy=4.0, wanted=5.0)

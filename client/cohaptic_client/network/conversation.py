@@ -37,7 +37,7 @@ from cohaptic_client.haptics import Haptics
 from cohaptic_client.loop.added import reasons_of
 from cohaptic_client.loop.handle import TipSample
 from cohaptic_client.network.link import Data, Link
-from cohaptic_client.network.marks import PACE, Marks
+from cohaptic_client.network.marks import MarksOut
 from cohaptic_client.network.session import ClientSession
 from cohaptic_client.network.timing import LinkTiming, Pacer
 from cohaptic_client.news import News
@@ -113,7 +113,7 @@ class Conversation:
             alone.
         key: Secret with which this client can take its own name again after a lost connection.
         token: Token of the invitation, or of the session to resume; empty for none.
-        marks: Marks for the recording, each with its time [s], which leave beside samples.
+        marks: Marks for the recording, which leave beside samples; None for none.
 
     Attributes:
         active: Whether messages can be sent.
@@ -136,7 +136,7 @@ class Conversation:
         beat: Callable[[], None],
         key: str | None = None,
         token: str = "",
-        marks: Marks | None = None,
+        marks: MarksOut | None = None,
     ) -> None:
         self.active = False
         self.session = ""
@@ -152,7 +152,7 @@ class Conversation:
         self._tell = tell
         self._beat = beat
         self._key, self._token = key, token
-        self._marks = Marks() if marks is None else marks
+        self._marks = MarksOut() if marks is None else marks
         self._session = ClientSession((settings.law,))
         self._welcome: Welcome | None = None
         self._others: People | None = None
@@ -163,7 +163,6 @@ class Conversation:
         self._failed: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._seq = 0
         self._rows_dropped = 0
-        self._next_mark = 0.0
 
     @property
     def user(self) -> int | None:
@@ -350,15 +349,13 @@ class Conversation:
             self._link.send(frame)
 
     def _send_marks(self) -> None:
-        now = self._clock.now()
-        if self._marks and self.recorded and now >= self._next_mark:
-            self._next_mark = now + PACE
-            at, mark = self._marks.popleft()
-            ago = now - at
-            if ago <= MAX_MARK_AGE:
-                self._link.send(encode_control(mark.model_copy(update={"ago": max(0.0, ago)})))
-            else:
-                self._tell(News("recorded", f"a mark is lost, as the server was: {mark.text}"))
+        mark = self._marks.due(self._clock.now()) if self.recorded else None
+        if mark is None:
+            return
+        if mark.ago <= MAX_MARK_AGE:
+            self._link.send(encode_control(mark))
+        else:
+            self._tell(News("recorded", f"a mark is lost, as the server was: {mark.text}"))
 
 
 def greeting(settings: ClientSettings, key: str | None = None, token: str = "") -> Hello:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Mapping
 
@@ -10,7 +11,6 @@ from pydantic import ValidationError
 from cohaptic.errors import SettingError
 from cohaptic.protocol.messages import Mark
 
-Marks = deque[tuple[float, Mark]]  # that wait, each with its time on the client's clock [s]
 PACE = 0.05  # s between two marks; a server takes 60 messages a second of a connection
 MOST_WAITING = 64  # marks; three seconds of them
 Value = str | float | bool | None
@@ -35,3 +35,38 @@ def mark_of(text: str, fields: Mapping[str, Value], ago: float = 0.0) -> Mark:
         where = ".".join(str(part) for part in problem["loc"][:2])
         value = repr(problem["input"])[:60]
         raise SettingError(f"{where} of a mark", value, str(problem["msg"])) from error
+
+
+class MarksOut:
+    """Marks that wait to leave, one after the other at a pace; any thread may put one."""
+
+    def __init__(self) -> None:
+        self._waiting = deque[tuple[float, Mark]]()  # each with its time [s]
+        self._next = -math.inf  # time from which on the next may leave [s]
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def put(self, now: float, text: str, fields: Mapping[str, Value]) -> None:
+        """Add a mark of this moment.
+
+        Args:
+            now: Time [s].
+            text: What it says, up to 200 characters.
+            fields: Up to 16 further values.
+
+        Raises:
+            SettingError: A value is out of its limits, or too many marks wait.
+        """
+        if len(self._waiting) >= MOST_WAITING:
+            limit = f"at most {MOST_WAITING} that wait, of which {1.0 / PACE:g} a second leave"
+            raise SettingError("marks", "more", limit)
+        self._waiting.append((now, mark_of(text, fields)))
+
+    def due(self, now: float) -> Mark | None:
+        """Remove and return the oldest mark, with its age; None if none may leave now [s]."""
+        if not self._waiting or now < self._next:
+            return None
+        self._next = now + PACE
+        at, mark = self._waiting.popleft()
+        return mark.model_copy(update={"ago": max(0.0, now - at)})

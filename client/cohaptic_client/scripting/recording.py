@@ -12,8 +12,8 @@ from pathlib import Path
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed
 
-from cohaptic.errors import CohapticError, RemoteProtocolError, ServerLost, SettingError
-from cohaptic.protocol.messages import Mark, encode_control
+from cohaptic.errors import CohapticError, RemoteProtocolError, ServerLost
+from cohaptic.protocol.messages import encode_control
 from cohaptic.sessions.entries import SessionInfo
 from cohaptic.sessions.recorder import SessionRecorder, open_recorder
 from cohaptic.sessions.stream import (
@@ -24,10 +24,10 @@ from cohaptic.sessions.stream import (
     decode_batch,
     decode_error,
 )
-from cohaptic_client.address import check_secrecy, read_address
+from cohaptic_client.address import room_at
 from cohaptic_client.moderation import opened
 from cohaptic_client.network.conversation import Refused
-from cohaptic_client.network.marks import MOST_WAITING, PACE, Value, mark_of
+from cohaptic_client.network.marks import PACE, MarksOut, Value
 
 _PATIENCE = 15.0  # s for the first entry; a server sends it within a tenth of a second
 _ENDS = (1000, 1001)  # as asked for, or since the server stops
@@ -47,7 +47,8 @@ class RoomRecording:
         self._target, self._url, self._token, self._ca_file = target, url, token, ca_file
         self._begun: Future[SessionRecorder] = Future()
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._marks: asyncio.Queue[tuple[float, Mark] | None] = asyncio.Queue()
+        self._marks = MarksOut()
+        self._ending = threading.Event()  # the block is over
         self._ended: Future[None] = Future()
         self._thread = threading.Thread(target=self._work, name="recording", daemon=True)
 
@@ -75,11 +76,7 @@ class RoomRecording:
         if self._ended.done():
             self._ended.result()
         assert self._loop is not None
-        if self._marks.qsize() >= MOST_WAITING:
-            limit = f"at most {MOST_WAITING} that wait, of which {1.0 / PACE:g} a second leave"
-            raise SettingError("marks", "more", limit)
-        mark = (self._loop.time(), mark_of(text, fields))
-        self._loop.call_soon_threadsafe(self._marks.put_nowait, mark)
+        self._marks.put(self._loop.time(), text, fields)
 
     def begin(self) -> None:
         """Return when the session is recorded.
@@ -96,9 +93,7 @@ class RoomRecording:
         Raises:
             CohapticError: The recording ended before; the file has what came until then.
         """
-        assert self._loop is not None
-        with contextlib.suppress(RuntimeError):  # it has ended already
-            self._loop.call_soon_threadsafe(self._marks.put_nowait, None)
+        self._ending.set()
         self._thread.join()
         self._ended.result()
 
@@ -133,19 +128,18 @@ class RoomRecording:
             except _Over:
                 pass
             finally:
-                asked = sending.done() and not sending.cancelled()
                 sending.cancel()
+                (asked,) = await asyncio.gather(sending, return_exceptions=True)
                 recorder.finish()
-            if not asked:
+            if asked is not None:  # the end was not asked for: marks were still being sent
                 raise ServerLost(self._url, "the server has ended the recording")
 
     async def _send_marks(self, ws: ClientConnection) -> None:
         """Send marks, and at last that the recording ends."""
         assert self._loop is not None
-        while (waiting := await self._marks.get()) is not None:
-            at, mark = waiting
-            ago = self._loop.time() - at
-            await ws.send(encode_control(mark.model_copy(update={"ago": ago})))
+        while len(self._marks) or not self._ending.is_set():
+            if (mark := self._marks.due(self._loop.time())) is not None:
+                await ws.send(encode_control(mark))
             await asyncio.sleep(PACE)
         await ws.send(encode_control(EndRecording()))
 
@@ -175,11 +169,8 @@ def record(
     path: str | Path, url: str, *, token: str = "", ca_file: str = "", insecure: bool = False
 ) -> Generator[RoomRecording]:
     """Record a room while the block runs; arguments and errors are those of `cohaptic.record`."""
-    address = read_address(url)
-    token = address.token or token
-    if token:
-        check_secrecy(address.url, insecure=insecure)
-    recording = RoomRecording(str(path), address.url, token, ca_file)
+    address = room_at(url, token, insecure=insecure)
+    recording = RoomRecording(str(path), address.url, address.token, ca_file)
     recording.begin()
     try:
         yield recording

@@ -27,6 +27,9 @@ BATCH = 0.02
 _LOOK = 0.5
 # Bytes after which the system is asked to bring all to the disk: some seconds of eight people.
 _SYNC = 4 * 1024 * 1024
+# s in which a disk takes nothing, after which its last entries are given up: whoever ends a server
+# must not wait for ever.
+_PATIENCE = 10.0
 SUFFIX = ".mcap"
 _MOST_OF_A_NAME = 100  # recordings of one second; a further one is refused
 
@@ -124,7 +127,12 @@ class SessionRecorder:
         with self._changed:
             self._closing = True
             self._changed.notify()
-        self._thread.join()
+        while self._thread.is_alive():
+            size = self._size
+            self._thread.join(_PATIENCE)
+            if self._thread.is_alive() and self._size == size:
+                problem = f"its disk has not answered for {_PATIENCE:g} s"
+                raise OutputError(self.path, problem, "what it took before is in the file")
         if self._trouble is None:
             try:
                 if self._left_out:

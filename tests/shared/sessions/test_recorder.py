@@ -237,3 +237,14 @@ def test_the_name_of_a_room_leads_out_of_no_folder(room: str, tmp_path: Path) ->
     assert [path.parent for path in folder.iterdir()] == [folder]
     assert list(tmp_path.iterdir()) == [folder]
     assert made.path.name.startswith("room-")
+
+
+def test_a_disk_that_never_answers_keeps_nobody_waiting(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("cohaptic.sessions.recorder._PATIENCE", 0.05)
+    _, made = held(tmp_path, monkeypatch, waiting=10_000)
+    made.add(Ticked(T, 1))
+    with pytest.raises(OutputError, match=r"has not answered for 0\.05 s"):
+        made.finish()
+    release(made)
