@@ -16,8 +16,12 @@ import asyncio
 import subprocess
 import sys
 import tempfile
+import time
+from collections.abc import Generator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 import json_report
@@ -26,9 +30,9 @@ from cohaptic.sessions.entries import Rows, RowsLost
 from cohaptic.sessions.reader import Outline, read_entries
 from cohaptic.status.row import ROW
 from cohaptic_server.bodies.balloon.balloon import Balloon
+from cohaptic_server.cli.serving import SWITCH_INTERVAL
 from cohaptic_server.room.tick_schedule import TickMeters
 from cohaptic_server.settings import ServerSettings
-from cohaptic_server.shell.recording import Recording
 from cohaptic_server.shell.server import CohapticServer
 
 SETTLING = 5.0  # s after the last user has come
@@ -54,6 +58,7 @@ async def _measure(args: argparse.Namespace, path: Path, results: list[json_repo
     url = await server.start()
     people = _people(url, args.users)
     prefer_this_process(SERVER_PRIORITY)
+    sys.setswitchinterval(SWITCH_INTERVAL)
     ticking = asyncio.create_task(server.run())
     try:
         while len(server.room.members) < args.users:
@@ -75,42 +80,48 @@ async def _span(
     server: CohapticServer, name: str, minutes: float, results: list[json_report.Result]
 ) -> None:
     """Let time go by, and report its ticks."""
-    meters, spent = TickMeters(), list[float]()
-    server.meters = meters
+    server.meters = TickMeters()
     recording = server.recordings.current
-    if recording is not None:
-        _clock(server, recording, spent)
-    await asyncio.sleep(60.0 * minutes)
-    cost = [meters.cost.quantile(q) for q in (0.5, 0.99)]
-    after = sorted(spent)[len(spent) // 2] if spent else 0.0
+    with ExitStack() as stack:
+        ticks = stack.enter_context(_timed(server, "tick"))
+        after = [0.0] if recording is None else stack.enter_context(_timed(recording, "after_tick"))
+        await asyncio.sleep(60.0 * minutes)
+    cost = np.quantile(ticks, (0.5, 0.99))
+    then = float(np.median(after))
     print(
-        f"{name:9} {meters.ticks} ticks, {meters.missed} missed; a tick took {1e3 * cost[0]:.2f} ms"
-        f" in the median, {1e3 * cost[1]:.2f} ms at the 99th percentile; then the recording"
-        f" {1e3 * after:.2f} ms",
+        f"{name:9} {len(ticks)} ticks, {server.meters.missed} missed; a tick took"
+        f" {1e3 * cost[0]:.2f} ms in the median, {1e3 * cost[1]:.2f} ms at the 99th percentile;"
+        f" then the recording {1e3 * then:.2f} ms",
         flush=True,
     )
     results.append(
         {
             "span": name,
-            "ticks": meters.ticks,
-            "missed": meters.missed,
-            "tick_p50_s": cost[0],
-            "tick_p99_s": cost[1],
-            "after_p50_s": after,
+            "ticks": len(ticks),
+            "missed": server.meters.missed,
+            "tick_p50_s": float(cost[0]),
+            "tick_p99_s": float(cost[1]),
+            "after_p50_s": then,
         }
     )
 
 
-def _clock(server: CohapticServer, recording: Recording, spent: list[float]) -> None:
-    """Time what the recording does after each tick."""
-    inner = recording.after_tick
+@contextmanager
+def _timed(of: object, method: str) -> Generator[list[float]]:
+    """Yield the times that a method takes meanwhile [s], as the server's meters have steps."""
+    inner, spent = getattr(of, method), list[float]()
 
-    def timed(now: float) -> None:
-        begun = server.clock.now()
-        inner(now)
-        spent.append(server.clock.now() - begun)
+    def timed(*arguments: object) -> object:
+        begun = time.perf_counter()
+        answer = inner(*arguments)
+        spent.append(time.perf_counter() - begun)
+        return answer
 
-    recording.after_tick = timed  # type: ignore[method-assign]
+    setattr(of, method, timed)
+    try:
+        yield spent
+    finally:
+        delattr(of, method)
 
 
 def _tell_file(args: argparse.Namespace, path: Path, results: list[json_report.Result]) -> None:

@@ -100,6 +100,9 @@ class Noted:
         """Note an entry."""
         self._entries.append(entry)
 
+    def wake(self) -> None:
+        """Nothing waits."""
+
     def finish(self) -> str:
         """Return a sentence."""
         return "noted"

@@ -69,6 +69,10 @@ class Keeper(Protocol):
         """Add an entry without waiting."""
         ...
 
+    def wake(self) -> None:
+        """Begin to keep what waits, since a tick is over."""
+        ...
+
     def finish(self) -> str:
         """Keep what waits; return a sentence for the log; raises OutputError if that fails."""
         ...
@@ -106,6 +110,10 @@ class Recording:
         Args:
             now: Time of the tick [s].
         """
+        self._add_tick(now)
+        self.recorder.wake()
+
+    def _add_tick(self, now: float) -> None:
         room, tick = self._room, self._room.world.tick
         for user, patch in room.patches.items():
             try:

@@ -57,8 +57,7 @@ class Recordings:
             SettingError: The session is recorded already, or the file cannot be made.
             OutputError: The first bytes of the file cannot be written.
         """
-        opens = partial(open_recorder, target, tell=log.warning, option=option)
-        await self.begin_by(opens, option, target)
+        await self.begin_by(_opens(target, option), option, target)
 
     async def begin_by(
         self, opens: Callable[[SessionInfo], Keeper], option: str, target: str
@@ -154,8 +153,7 @@ class Recordings:
         target, option = self._server.settings.recordings, "--recordings"
         try:
             if on:
-                opens = partial(open_recorder, target, tell=log.warning, option=option)
-                await self._begin_by(opens, option, target)
+                await self._begin_by(_opens(target, option), option, target)
             elif self.current is not None:
                 await self._end(self.current, "")
             else:
@@ -164,3 +162,8 @@ class Recordings:
             log.warning("%s", error)
             return False
         return True
+
+
+def _opens(target: str, option: str) -> Callable[[SessionInfo], Keeper]:
+    # The recording wakes the thread after each tick, so that none waits for it.
+    return partial(open_recorder, target, tell=log.warning, option=option, batch=None)

@@ -37,7 +37,8 @@ log = logging.getLogger("cohaptic.server")
 
 # Bytes of entries that may wait for a slow path, as for a slow disk (`sessions/recorder.py`).
 _WAITING = 64 * 1024 * 1024
-_EVERY = 0.05  # s between two messages; what comes meanwhile takes a millisecond or two to encode
+_TICKS = 3  # between two messages; what comes meanwhile takes a millisecond or two to encode
+_LOOK = 0.5  # s after which a message leaves without a tick: of a room that sleeps
 _GREETING = 10.0  # s for the first message
 _LONGEST = 4096  # bytes of a message of the program
 
@@ -48,6 +49,9 @@ class SentAway:
     Args:
         info: First entry.
         to: Address of the program, for the log.
+
+    Attributes:
+        due: Set when entries are to leave.
     """
 
     def __init__(self, info: SessionInfo, to: str) -> None:
@@ -57,6 +61,8 @@ class SentAway:
         self._size = 0
         self._left_out = 0
         self._newest = info.t
+        self._ticks = 0
+        self.due = asyncio.Event()
 
     def add(self, entry: Written) -> None:
         """Add an entry without waiting; one that is too much is left out, and counted."""
@@ -71,6 +77,12 @@ class SentAway:
             self._left_out = 0
         self._waiting.append(entry)
         self._size += size
+
+    def wake(self) -> None:
+        """Say that a tick is over; after every third the entries leave."""
+        self._ticks += 1
+        if self._ticks % _TICKS == 0:
+            self.due.set()
 
     def take(self) -> list[Written]:
         """Remove and return the entries that wait."""
@@ -134,7 +146,11 @@ class RecordingDesk:
         hearing = asyncio.ensure_future(self._hear(requests, sent))
         try:
             while not (hearing.done() or sent.ended):
-                await asyncio.wait((hearing,), timeout=_EVERY)
+                due = asyncio.ensure_future(sent.due.wait())
+                ends = asyncio.FIRST_COMPLETED
+                await asyncio.wait((hearing, due), timeout=_LOOK, return_when=ends)
+                due.cancel()
+                sent.due.clear()
                 await self._send(ws, sent)
             if hearing.done():
                 hearing.result()

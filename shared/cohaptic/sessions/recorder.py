@@ -44,6 +44,8 @@ class SessionRecorder:
         option: Option by which the operator named the file.
         waiting: Bytes of entries that may wait for the disk.
         plots: Whether the file also has the messages for Foxglove.
+        batch: Time of the session after which the thread is woken [s]; None if the caller does it
+            by `wake`, as a server after its tick, which must not wait for the thread.
 
     Raises:
         SettingError: There is a file of that name, or it cannot be made.
@@ -59,7 +61,9 @@ class SessionRecorder:
         option: str = "--record",
         waiting: int = WAITING,
         plots: bool = True,
+        batch: float | None = BATCH,
     ) -> None:
+        self._batch = math.inf if batch is None else batch
         self.path, self._tell, self._most = path, tell, waiting
         try:
             self._file = SessionFile(option, path, info, plots=plots)
@@ -74,6 +78,7 @@ class SessionRecorder:
         self._refused = 0  # entries that cannot be represented
         self._unsynced = 0
         self._closing = False
+        self._due = False  # whether the thread is to look
         self._trouble: Exception | None = None
         self._kept: Path | None = path
         self._changed = threading.Condition()
@@ -94,7 +99,7 @@ class SessionRecorder:
     def add(self, entry: Written) -> None:
         """Add an entry without waiting; it does not fail, whatever has become of the file."""
         try:
-            size, due = size_of(entry), not abs(entry.t - self._woken) < BATCH
+            size, due = size_of(entry), not abs(entry.t - self._woken) < self._batch
         except Exception:  # a fault of who made the entry, of which the thread tells
             size, due = 0, True
         with self._changed:
@@ -104,7 +109,7 @@ class SessionRecorder:
                 self._left_out += 1
                 self._all_left_out += 1
                 first = self._all_left_out == 1
-                self._changed.notify()
+                self._wake()
             else:
                 first = False
                 if self._left_out:
@@ -114,9 +119,18 @@ class SessionRecorder:
                 self._size += size
                 if due:
                     self._woken = entry.t
-                    self._changed.notify()
+                    self._wake()
         if first:
             self._tell(f"the disk is too slow for the recording {self.path}: it lacks something")
+
+    def wake(self) -> None:
+        """Have the thread write what waits, without waiting for it."""
+        with self._changed:
+            self._wake()
+
+    def _wake(self) -> None:
+        self._due = True
+        self._changed.notify()
 
     def finish(self) -> str:
         """Write what waits, and the index; return a sentence that says what was recorded where.
@@ -126,7 +140,7 @@ class SessionRecorder:
         """
         with self._changed:
             self._closing = True
-            self._changed.notify()
+            self._wake()
         while self._thread.is_alive():
             size = self._size
             self._thread.join(_PATIENCE)
@@ -150,23 +164,22 @@ class SessionRecorder:
     def _run(self) -> None:
         while True:
             with self._changed:
-                if not self._waiting and not self._closing:
-                    self._changed.wait(_LOOK)
+                still = not (self._due or self._closing) and not self._changed.wait(_LOOK)
+                self._due = False
                 waiting, self._waiting = self._waiting, []
                 closing = self._closing
             try:
-                self._write(waiting)
+                self._write(waiting, still=still)
             except Exception as error:  # whatever it is, entries are lost by it
                 self._give_up(error)
                 return
             if closing and not waiting:
                 return
 
-    def _write(self, waiting: list[tuple[Written, int]]) -> None:
-        """Write entries; without any, end the chunk, since the room may be at rest for long."""
-        if not waiting:
+    def _write(self, waiting: list[tuple[Written, int]], *, still: bool) -> None:
+        """Write entries; without any, and `still`, end the chunk: the room may be at rest."""
+        if still and not waiting:
             self._file.flush()
-            return
         for entry, size in waiting:
             try:
                 self._file.add(entry)
@@ -210,7 +223,11 @@ class SessionRecorder:
 
 
 def open_recorder(
-    target: str, info: SessionInfo, tell: Callable[[str], None], option: str = "--record"
+    target: str,
+    info: SessionInfo,
+    tell: Callable[[str], None],
+    option: str = "--record",
+    batch: float | None = BATCH,
 ) -> SessionRecorder:
     """Make the file of a recording; the call waits for the disk.
 
@@ -220,6 +237,7 @@ def open_recorder(
         info: First entry.
         tell: Function that shows the operator a sentence; another thread calls it.
         option: Option by which the operator named the target.
+        batch: As for `SessionRecorder`.
 
     Raises:
         SettingError: The file exists, or cannot be made.
@@ -227,7 +245,7 @@ def open_recorder(
     """
     path = Path(target)
     if path.suffix == SUFFIX and not path.is_dir():
-        return SessionRecorder(path, info, tell=tell, option=option)
+        return SessionRecorder(path, info, tell=tell, option=option, batch=batch)
     if path.suffix and not path.exists():
         limit = f"a file that ends in {SUFFIX}, or a folder that exists"
         raise SettingError(option, target, limit)
@@ -242,7 +260,7 @@ def open_recorder(
         name = f"{room}-{begun}{f'-{k}' if k > 1 else ''}{SUFFIX}"
         if not (path / name).exists():
             try:
-                return SessionRecorder(path / name, info, tell=tell, option=option)
+                return SessionRecorder(path / name, info, tell=tell, option=option, batch=batch)
             except SettingError:
                 if not (path / name).exists():  # nobody was faster: the folder is at fault
                     raise
