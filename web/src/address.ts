@@ -7,11 +7,11 @@ export function socketUrl(address: string): string {
   return url.href;
 }
 
-/** URL of the Green's functions of one vertex of a model. */
-export function greenUrl(address: string, model: string, vertex: number): string {
+/** URL of the Green's functions of some vertices of a model. */
+export function greenUrl(address: string, model: string, vertices: readonly number[]): string {
   const url = folder(address);
   url.protocol = url.protocol.replace("ws", "http");
-  return new URL(`v1/models/${model}/green/${vertex}`, url).href;
+  return new URL(`v1/models/${model}/green/${vertices.join(",")}`, url).href;
 }
 
 /** The address up to its last slash, without query and fragment. */

@@ -92,7 +92,11 @@ _FOR_EVER = "public, max-age=31536000, immutable"
 _ASK_AGAIN = "no-cache"
 _TEXT = "text/plain; charset=utf-8"
 _OF_ADDRESSES = "%/:?#[]@!$&'()*+,;=~"  # allowed in a URL beside letters and digits
-_GREEN = re.compile(r"/v1/models/([0-9a-f]{1,64})/green/([0-9]{1,9})")
+# Vertices of one request: more than lie under most hands, since each request has its round trip.
+MOST_VERTICES = 32
+_GREEN = re.compile(
+    rf"/v1/models/([0-9a-f]{{1,64}})/green/([0-9]{{1,9}}(?:,[0-9]{{1,9}}){{0,{MOST_VERTICES - 1}}})"
+)
 NOT_BUILT = (
     "cohaptic is running here, but its page was not built.\n\n"
     "In a checkout: make page (needs node 20 or newer), then start the server again.\n"
@@ -133,14 +137,14 @@ class Answer:
 
 
 @dataclass(frozen=True, slots=True)
-class BlockNeeded:
-    """Result of `Site.answer` if a block of Green's functions has to be computed first.
+class BlocksNeeded:
+    """Result of `Site.answer` if blocks of Green's functions have to be computed first.
 
     Args:
-        vertex: Vertex on which the forces of the block act.
+        vertices: Vertices on which the forces of the blocks act, in the order of the request.
     """
 
-    vertex: int
+    vertices: tuple[int, ...]
 
 
 class Site:
@@ -168,8 +172,8 @@ class Site:
         self._model = model
         self._vertices = vertices
 
-    def answer(self, request: Request, *, ticking: bool) -> Answer | BlockNeeded:
-        """Return the response, or name the block of Green's functions that it needs first.
+    def answer(self, request: Request, *, ticking: bool) -> Answer | BlocksNeeded:
+        """Return the response, or name the blocks of Green's functions that it needs first.
 
         Args:
             ticking: Whether the simulation is running.
@@ -191,7 +195,7 @@ class Site:
             return text(request, 503, "Service Unavailable", "the server does not tick\n")
         return self._green(request, path)
 
-    def _green(self, request: Request, path: str) -> Answer | BlockNeeded:
+    def _green(self, request: Request, path: str) -> Answer | BlocksNeeded:
         match = _GREEN.fullmatch(path)
         if match is None:
             return text(request, 404, "Not Found", "there is nothing of this name here\n")
@@ -199,11 +203,11 @@ class Site:
             model = "none, since its surface is no sum" if self._model is None else self._model
             message = f"there is no such model here; the body's is {model}\n"
             return text(request, 404, "Not Found", message)
-        vertex = int(match[2])
-        if vertex >= self._vertices:
-            message = f"there is no vertex {vertex}; the last is {self._vertices - 1}\n"
+        vertices = tuple(int(number) for number in match[2].split(","))
+        if max(vertices) >= self._vertices:
+            message = f"there is no vertex {max(vertices)}; the last is {self._vertices - 1}\n"
             return text(request, 404, "Not Found", message)
-        return BlockNeeded(vertex)
+        return BlocksNeeded(vertices)
 
 
 def framed(answer: Answer, frames: Sequence[str]) -> Answer:
@@ -253,13 +257,13 @@ def query_without_token(target: str) -> str:
     )
 
 
-def green_block(request: Request, block: bytes | None) -> Answer:
-    """Make the response with a block of Green's functions; a 503 response if `block` is None."""
-    if block is None:
+def green_blocks(request: Request, blocks: bytes | None) -> Answer:
+    """Make the response with blocks of Green's functions; a 503 response if they are None."""
+    if blocks is None:
         message = "too many are being solved; ask again\n"
         return text(request, 503, "Service Unavailable", message, ("Retry-After", "1"))
     kind = "application/octet-stream"
-    return _answer(request, 200, "OK", kind, block, ("Cache-Control", _FOR_EVER))
+    return _answer(request, 200, "OK", kind, blocks, ("Cache-Control", _FOR_EVER))
 
 
 def text(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import asyncio
 import json
 from collections import OrderedDict
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
@@ -36,10 +36,10 @@ from cohaptic_server.http.reachable import (
 )
 from cohaptic_server.http.routes import (
     Answer,
-    BlockNeeded,
+    BlocksNeeded,
     Request,
     Site,
-    green_block,
+    green_blocks,
     load_page,
     moved,
     page,
@@ -54,7 +54,7 @@ from cohaptic_server.shell.own_addresses import machine_addresses
 from cohaptic_server.shell.wire import Wire
 
 _KEPT_BYTES = 64 * 2**20
-_MAX_WAITING = 64  # solves that are queued; more than the vertices under one hand
+_MAX_WAITING = 128  # solves that are queued: two pages that look at hands far apart
 
 
 class GreenBlocks:
@@ -82,6 +82,12 @@ class GreenBlocks:
     def waiting(self) -> int:
         """Number of blocks that are being solved or queued."""
         return len(self._solving)
+
+    async def blocks(self, vertices: Sequence[int], patience: float) -> bytes | None:
+        """Return the blocks of some vertices one after the other; None as of `block`, of any."""
+        found = await asyncio.gather(*(self.block(vertex, patience) for vertex in vertices))
+        there = [block for block in found if block is not None]
+        return b"".join(there) if len(there) == len(found) else None
 
     async def block(self, vertex: int, patience: float) -> bytes | None:
         """Return a vertex's block; None if it cannot be solved, or not within `patience` [s]."""
@@ -254,12 +260,12 @@ class Web:
         connection.close_timeout = DOWNLOAD_TIMEOUT
         ticking = self._clock.now() - self.ticked < _ALIVE
         answer = self._site.answer(plain_request, ticking=ticking)
-        if isinstance(answer, BlockNeeded):
+        if isinstance(answer, BlocksNeeded):
             assert self._blocks is not None
-            block = await self._blocks.block(answer.vertex, BLOCK_PATIENCE)
+            blocks = await self._blocks.blocks(answer.vertices, BLOCK_PATIENCE)
             # Another body, without this model, may have replaced the body meanwhile.
-            gone = block is None and self._site.answer(plain_request, ticking=ticking)
-            answer = gone if isinstance(gone, Answer) else green_block(plain_request, block)
+            gone = blocks is None and self._site.answer(plain_request, ticking=ticking)
+            answer = gone if isinstance(gone, Answer) else green_blocks(plain_request, blocks)
         return counted(self._limiter, connection, plain_request, answer)
 
     def _hosts_for_others(self) -> tuple[str, ...]:

@@ -22,10 +22,10 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.bodies.green import green_source, model_name
 from cohaptic_server.http.routes import (
     Answer,
-    BlockNeeded,
+    BlocksNeeded,
     Request,
     Site,
-    green_block,
+    green_blocks,
     load_page,
     text,
 )
@@ -129,10 +129,10 @@ class SessionWeb:
         except SettingError as error:
             return bad(request, str(error))
         of_page = self._site.answer(request, ticking=True)
-        if isinstance(of_page, BlockNeeded):
+        if isinstance(of_page, BlocksNeeded):
             assert self._blocks is not None
-            block = await self._blocks.block(of_page.vertex, BLOCK_PATIENCE)
-            return green_block(request, block)
+            blocks = await self._blocks.blocks(of_page.vertices, BLOCK_PATIENCE)
+            return green_blocks(request, blocks)
         return of_page
 
     async def _read(self, read: Callable[[], T]) -> T | None:

@@ -95,7 +95,9 @@ def test_blocks_are_solved_once_beside_the_loop_and_kept(small_balloon: Balloon)
         found = await asyncio.gather(*asking)
         assert found == [encode_block(source.green(v)) for v in (1, 2, 1, 3)]
         assert await blocks.block(1, 0.0) == found[0]
+        assert await blocks.blocks((3, 1), 0.0) == encode_block(source.green(3)) + found[0]
         assert blocks.solved == 3
+        assert await blocks.blocks((3, 4), 0.0) is None  # one of them is not there yet
         blocks.close()
 
     asyncio.run(play())
@@ -111,17 +113,17 @@ def test_what_waits_and_what_is_kept_is_bounded(small_balloon: Balloon) -> None:
 
     async def play() -> None:
         blocks = GreenBlocks(lambda vertex: encode_block(held.green(vertex)), kept_bytes=3 * size)
-        asking = [asyncio.ensure_future(blocks.block(v, PATIENCE)) for v in range(80)]
+        asking = [asyncio.ensure_future(blocks.block(v, PATIENCE)) for v in range(144)]
         for _ in range(20):
             await asyncio.sleep(0)
-        assert [task.done() for task in asking] == [False] * 64 + [True] * 16
+        assert [task.done() for task in asking] == [False] * 128 + [True] * 16
         held.allowed.set()
         found = await asyncio.gather(*asking)
         assert sum(block is None for block in found) == 16
-        assert await blocks.block(63, PATIENCE) is not None
-        assert blocks.solved == 64  # among the last three
+        assert await blocks.block(127, PATIENCE) is not None
+        assert blocks.solved == 128  # among the last three
         await blocks.block(0, PATIENCE)
-        assert blocks.solved == 65  # gone meanwhile
+        assert blocks.solved == 129  # gone meanwhile
         blocks.close()
 
     asyncio.run(play())

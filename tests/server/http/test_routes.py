@@ -8,13 +8,14 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cohaptic_server.http.routes import (
+    MOST_VERTICES,
     POLICY,
     Answer,
-    BlockNeeded,
+    BlocksNeeded,
     PageFile,
     Request,
     Site,
-    green_block,
+    green_blocks,
     moved,
     query_without_token,
 )
@@ -52,9 +53,9 @@ def test_every_answer_is_whole_and_guarded(
     method: str, target: str, accepts: str, ticking: bool
 ) -> None:
     answer = SITE.answer(Request(method, target, accepts), ticking=ticking)
-    if isinstance(answer, BlockNeeded):
+    if isinstance(answer, BlocksNeeded):
         assert 0 <= answer.vertex < 42
-        answer = green_block(Request(method, target), b"block")
+        answer = green_blocks(Request(method, target), b"block")
     assert header(answer, "Content-Security-Policy") == POLICY
     assert header(answer, "X-Content-Type-Options") == "nosniff"
     assert header(answer, "Referrer-Policy") == "no-referrer"
@@ -75,7 +76,7 @@ def test_no_page_may_show_this_one_in_a_frame_unless_the_owner_names_it() -> Non
     framed = Site(PAGE, MODEL, 42, (lab, "http://localhost:8000"))
     for target in ("/", "/index.html"):
         answer = framed.answer(Request("GET", target), ticking=True)
-        assert not isinstance(answer, BlockNeeded)
+        assert not isinstance(answer, BlocksNeeded)
         policy = header(answer, "Content-Security-Policy")
         assert policy == POLICY.replace(
             "frame-ancestors 'none'", f"frame-ancestors {lab} http://localhost:8000"
@@ -83,7 +84,7 @@ def test_no_page_may_show_this_one_in_a_frame_unless_the_owner_names_it() -> Non
         assert header(answer, "X-Frame-Options") is None
     for site, target in ((framed, "/healthz"), (framed, "/nothing"), (SITE, "/")):
         answer = site.answer(Request("GET", target), ticking=True)
-        assert not isinstance(answer, BlockNeeded)
+        assert not isinstance(answer, BlocksNeeded)
         assert header(answer, "Content-Security-Policy") == POLICY
         assert header(answer, "X-Frame-Options") == "DENY"
 
@@ -103,6 +104,9 @@ def test_the_policy_has_nothing_unsafe() -> None:
         (f"/v1/models/{MODEL}/green/42", 404, "no vertex 42; the last is 41"),
         (f"/v1/models/{MODEL}/green/-1", 404, "nothing of this name"),
         (f"/v1/models/{MODEL}/green/1x", 404, "nothing of this name"),
+        (f"/v1/models/{MODEL}/green/1,42,3", 404, "no vertex 42; the last is 41"),
+        (f"/v1/models/{MODEL}/green/1,", 404, "nothing of this name"),
+        (f"/v1/models/{MODEL}/green/{','.join(['1'] * 33)}", 404, "nothing of this name"),
         ("/healthz", 200, "ok"),
     ],
 )
@@ -121,11 +125,14 @@ def test_other_methods_are_refused() -> None:
 
 def test_blocks() -> None:
     request = Request("GET", f"/v1/models/{MODEL}/green/41")
-    assert SITE.answer(request, ticking=True) == BlockNeeded(41)
-    there = green_block(request, b"numbers")
+    assert SITE.answer(request, ticking=True) == BlocksNeeded((41,))
+    many = tuple(range(MOST_VERTICES, 0, -1))
+    asked = Request("GET", f"/v1/models/{MODEL}/green/{','.join(map(str, many))}")
+    assert SITE.answer(asked, ticking=True) == BlocksNeeded(many)
+    there = green_blocks(request, b"numbers")
     assert (there.status, there.body) == (200, b"numbers")
     assert header(there, "Cache-Control") == "public, max-age=31536000, immutable"
-    busy = green_block(request, None)
+    busy = green_blocks(request, None)
     assert busy.status == 503
     assert header(busy, "Retry-After") == "1"
     assert header(busy, "Cache-Control") == "no-store"

@@ -97,9 +97,10 @@ def test_scenes_and_green_functions_come_as_bytes(opened: Replay) -> None:
             assert await get("/session/mesh") == opened.mesh
             told = json.loads(await get("/session.json"))
             model = json.loads(told["watching"])["model"]
-            block = await get(f"/v1/models/{model}/green/0")
+            blocks = await get(f"/v1/models/{model}/green/0,7")
             vertices, _ = vertices_and_faces(opened.mesh)
-            assert len(block) == 4 + 18 * len(vertices)
+            assert len(blocks) == 2 * (4 + 18 * len(vertices))
+            assert await get(f"/v1/models/{model}/green/7") == blocks[len(blocks) // 2 :]
 
     asyncio.run(ask())
 

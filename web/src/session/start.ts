@@ -29,7 +29,7 @@ async function open(address: string): Promise<void> {
   const { first, last } = overview;
   const store = new SessionStore(overview, decodeRestMesh(new Uint8Array(mesh)), {
     scenes: async (from, to) => (await ask(`session/scenes?from=${from}&to=${to}`)).arrayBuffer(),
-    green: (model) => async (vertex) => (await answered(greenUrl(address, model, vertex))).arrayBuffer(),
+    green: (model) => async (vertices) => (await answered(greenUrl(address, model, vertices))).arrayBuffer(),
     now: () => performance.now() / 1000,
   }, Math.min(last, first + Math.max(0, Number(new URL(address).searchParams.get("t")) || 0)));
   document.title = `${overview.name} \u2013 cohaptic`;

@@ -72,7 +72,7 @@ export class Watch implements SceneStore {
     private readonly world: World,
     private readonly pass: Pass | null = null,
   ) {
-    const fetch = (model: string) => (vertex: number) => world.fetch(greenUrl(address, model, vertex));
+    const fetch = (model: string) => (vertices: readonly number[]) => world.fetch(greenUrl(address, model, vertices));
     this.store = new Store(encoding, rate, fetch, () => world.now(), () => { this.notify(); });
     this.asked = { encoding, rate };
     this.connect();

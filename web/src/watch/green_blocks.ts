@@ -1,24 +1,29 @@
 /** Fetches blocks of Green's functions and caches them; the least recently used are dropped first. */
 
-import { type Block, decodeBlock } from "./green_surface";
+import { type Block, blockSize, decodeBlocks } from "./green_surface";
 
 export const MOST_BLOCKS = 256; // 12 MB for 2,562 vertices
-const AT_ONCE = 6; // requests at a time; a browser has no more connections to one server
+// Requests at a time: the second is on its way while the first is answered.
+const AT_ONCE = 2;
+const MOST_OF_A_REQUEST = 32; // blocks, as the server allows
+// Bytes of one response, some seconds of a slow link: of a large body a request has fewer blocks.
+const RESPONSE = 400_000;
 const REST = 1; // s before a block that could not be fetched is requested again
 
-/** Fetches one block: the body of a response, or a rejection. */
-export type Fetch = (vertex: number) => Promise<ArrayBuffer>;
+/** Fetches the blocks of some vertices, one after the other: the body of a response, or a rejection. */
+export type Fetch = (vertices: readonly number[]) => Promise<ArrayBuffer>;
 
 /** The blocks of one model. */
 export class GreenBlocks {
   private readonly kept = new Map<number, Block>(); // in the order of their last use
   private readonly pending = new Set<number>();
+  private requests = 0;
   private readonly failed = new Map<number, number>(); // time before which a vertex is not requested again
   private requested: readonly number[] = [];
 
   /**
    * @param vertices Number of vertices of the resting mesh.
-   * @param arrived Called when one more block has come.
+   * @param arrived Called when more blocks have come.
    */
   constructor(
     private readonly vertices: number,
@@ -53,29 +58,39 @@ export class GreenBlocks {
   }
 
   private fetchMore(): void {
-    const now = this.now();
-    for (const vertex of this.requested) {
-      if (this.pending.size >= AT_ONCE) return;
-      const rests = (this.failed.get(vertex) ?? -Infinity) > now;
-      if (this.kept.has(vertex) || this.pending.has(vertex) || rests) continue;
-      this.pending.add(vertex);
-      void this.fetch(vertex)
+    const most = Math.max(1, Math.min(MOST_OF_A_REQUEST, Math.floor(RESPONSE / blockSize(this.vertices))));
+    while (this.requests < AT_ONCE) {
+      const group = this.requested.filter((vertex) => this.isWanted(vertex)).slice(0, most);
+      if (group.length === 0) return;
+      this.requests += 1;
+      for (const vertex of group) this.pending.add(vertex);
+      void this.fetch(group)
         .then((bytes) => {
-          this.keep(vertex, decodeBlock(bytes, this.vertices));
+          this.keep(group, decodeBlocks(bytes, this.vertices, group.length));
         })
         .catch(() => {
-          this.failed.set(vertex, this.now() + REST);
+          for (const vertex of group) this.failed.set(vertex, this.now() + REST);
         })
         .finally(() => {
-          this.pending.delete(vertex);
+          this.requests -= 1;
+          for (const vertex of group) this.pending.delete(vertex);
           this.fetchMore();
         });
     }
   }
 
-  private keep(vertex: number, block: Block): void {
-    this.failed.delete(vertex);
-    this.kept.set(vertex, block);
+  private isWanted(vertex: number): boolean {
+    const rests = (this.failed.get(vertex) ?? -Infinity) > this.now();
+    return !this.kept.has(vertex) && !this.pending.has(vertex) && !rests;
+  }
+
+  private keep(vertices: readonly number[], blocks: readonly Block[]): void {
+    for (const [k, vertex] of vertices.entries()) {
+      const block = blocks[k];
+      if (block === undefined) continue;
+      this.failed.delete(vertex);
+      this.kept.set(vertex, block);
+    }
     for (const oldest of this.kept.keys()) {
       if (this.kept.size <= MOST_BLOCKS) break;
       this.kept.delete(oldest);

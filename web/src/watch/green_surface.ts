@@ -15,15 +15,23 @@ export interface Block {
   readonly units: Int16Array;
 }
 
-/** Decode the server's response for one block; throws ProtocolError. */
-export function decodeBlock(bytes: ArrayBuffer, vertices: number): Block {
-  const size = 4 + 18 * vertices;
-  if (bytes.byteLength !== size) {
-    throw new ProtocolError("length of Green's functions", bytes.byteLength, `${size} bytes`);
+/** Length of one block of a body with this many vertices [bytes]. */
+export function blockSize(vertices: number): number {
+  return 4 + 18 * vertices;
+}
+
+/** Decode the server's response for `count` blocks; throws ProtocolError. */
+export function decodeBlocks(bytes: ArrayBuffer, vertices: number, count: number): readonly Block[] {
+  const size = blockSize(vertices);
+  if (bytes.byteLength !== count * size) {
+    throw new ProtocolError("length of Green's functions", bytes.byteLength, `${count * size} bytes`);
   }
-  const scale = new DataView(bytes).getFloat32(0, true);
-  if (!(scale >= 0 && scale <= 10)) throw new ProtocolError("scale of Green's functions", scale, "from 0 to 10");
-  return { scale, units: new Int16Array(bytes, 4) };
+  return Array.from({ length: count }, (_, k) => {
+    const scale = new DataView(bytes).getFloat32(k * size, true);
+    if (!(scale >= 0 && scale <= 10)) throw new ProtocolError("scale of Green's functions", scale, "from 0 to 10");
+    // A copy, so that a block that is dropped does not stay for the others of its response.
+    return { scale, units: new Int16Array(bytes.slice(k * size + 4, (k + 1) * size)) };
+  });
 }
 
 /** The load of one user on the body. */

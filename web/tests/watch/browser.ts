@@ -5,7 +5,14 @@ import type { Pass } from "../../src/model/pass";
 import { Watch } from "../../src/watch/connection";
 import { MESH, meshFrame, N, WATCHING } from "./scenes";
 
-/** Every vertex moves by 1 mm/N along the force. */
+/** Blocks by which every vertex moves by 1 mm/N along the force. */
+function greenBlocks(count: number): ArrayBuffer {
+  const size = 4 + 18 * N;
+  const bytes = new Uint8Array(count * size);
+  for (let k = 0; k < count; k += 1) bytes.set(new Uint8Array(greenBlock()), k * size);
+  return bytes.buffer;
+}
+
 function greenBlock(): ArrayBuffer {
   const bytes = new ArrayBuffer(4 + 18 * N);
   new DataView(bytes).setFloat32(0, 1e-6, true);
@@ -74,7 +81,7 @@ export class Browser {
         this.fetched.push(url);
         return new Promise((resolve) => {
           this.answers.push(() => {
-            resolve(greenBlock());
+            resolve(greenBlocks(url.split(",").length));
           });
         });
       },

@@ -2,31 +2,32 @@ import { describe, expect, test } from "vitest";
 import { GreenBlocks, MOST_BLOCKS } from "../../src/watch/green_blocks";
 
 describe("blocks", () => {
-  const one = new ArrayBuffer(4 + 18 * 3);
-
   /** Fetches wait until they are answered. */
   class Server {
     readonly asked: number[] = [];
+    /** Number of vertices of each request. */
+    readonly groups: number[] = [];
     private readonly answers: (() => void)[] = [];
     arrivals = 0;
     now = 0;
     fails = new Set<number>();
-    readonly blocks = new GreenBlocks(
-      3,
-      (vertex) => {
-        this.asked.push(vertex);
+    readonly blocks: GreenBlocks;
+
+    constructor(vertices = 3) {
+      const fetch = (group: readonly number[]): Promise<ArrayBuffer> => {
+        this.asked.push(...group);
+        this.groups.push(group.length);
         return new Promise((resolve, reject) => {
           this.answers.push(() => {
-            if (this.fails.has(vertex)) reject(new Error("503"));
-            else resolve(one);
+            if (group.some((vertex) => this.fails.has(vertex))) reject(new Error("503"));
+            else resolve(new ArrayBuffer(group.length * (4 + 18 * vertices)));
           });
         });
-      },
-      () => this.now,
-      () => {
+      };
+      this.blocks = new GreenBlocks(vertices, fetch, () => this.now, () => {
         this.arrivals += 1;
-      },
-    );
+      });
+    }
 
     /** Answer until nothing more is asked. */
     async answer(): Promise<void> {
@@ -37,18 +38,28 @@ describe("blocks", () => {
     }
   }
 
-  test("are fetched six at once, and each once", async () => {
+  test("are fetched in two requests at a time, and each once", async () => {
     const server = new Server();
-    const all = Array.from({ length: 10 }, (_, i) => i);
+    const all = Array.from({ length: 70 }, (_, i) => i);
     expect(server.blocks.ask(all)).toBe(false);
     expect(server.blocks.ask(all)).toBe(false);
-    expect(server.asked).toEqual([0, 1, 2, 3, 4, 5]);
-    expect(server.blocks.missing).toBe(10);
+    expect(server.asked).toEqual(all.slice(0, 64));
+    expect(server.blocks.missing).toBe(70);
     await server.answer();
     expect(server.asked).toEqual(all);
-    expect(server.arrivals).toBe(10);
+    expect(server.groups).toEqual([32, 32, 6]);
+    expect(server.arrivals).toBe(3);
     expect(server.blocks.ask(all)).toBe(true);
     expect(server.blocks.missing).toBe(0);
+  });
+
+  test("of a large body come in responses that a slow link can take", () => {
+    const server = new Server(2562);
+    server.blocks.ask(Array.from({ length: 40 }, (_, i) => i));
+    expect(server.groups).toEqual([8, 8]);
+    const larger = new Server(50_000);
+    larger.blocks.ask([1, 2, 3]);
+    expect(larger.groups).toEqual([1, 1]);
   });
 
   test("give up the least recently used", async () => {

@@ -1,5 +1,5 @@
 import { describe, expect, test } from "vitest";
-import { type Block, decodeBlock, displacementOf, needed, pressesOf } from "../../src/watch/green_surface";
+import { type Block, decodeBlocks, displacementOf, needed, pressesOf } from "../../src/watch/green_surface";
 import { pressure } from "../../src/watch/pressure";
 import { quadratureOf } from "../../src/model/quadrature";
 import { expectClose } from "../close";
@@ -15,10 +15,8 @@ const n = example.vertices.length;
 const q = quadratureOf(mesh);
 
 const blocks = new Map(
-  Object.entries(example.blocks).map(([vertex, hex]): [number, Block] => [
-    Number(vertex),
-    decodeBlock(fromHex(hex).buffer as ArrayBuffer, n),
-  ]),
+  Object.entries(example.blocks).flatMap(([vertex, hex]): [number, Block][] =>
+    decodeBlocks(fromHex(hex).buffer as ArrayBuffer, n, 1).map((block) => [Number(vertex), block])),
 );
 
 describe("as the server", () => {
@@ -47,5 +45,13 @@ test("without a block there is no surface, and one who does not press needs none
 });
 
 test("a block of another mesh is refused", () => {
-  expect(() => decodeBlock(new ArrayBuffer(4 + 18 * (n - 1)), n)).toThrow(`expected ${4 + 18 * n} bytes`);
+  expect(() => decodeBlocks(new ArrayBuffer(4 + 18 * (n - 1)), n, 1)).toThrow(`expected ${4 + 18 * n} bytes`);
+});
+
+test("blocks of one response are those of one each", () => {
+  const all = Object.values(example.blocks).map(fromHex);
+  const together = new Uint8Array(all.reduce((sum, { length }) => sum + length, 0));
+  all.reduce((at, bytes) => (together.set(bytes, at), at + bytes.length), 0);
+  expect(decodeBlocks(together.buffer, n, all.length)).toEqual([...blocks.values()]);
+  expect(() => decodeBlocks(together.buffer, n, all.length + 1)).toThrow("length of Green's functions");
 });

@@ -25,7 +25,7 @@ describe("a surface from forces", () => {
     const browser = new Browser("forces");
     browser.join();
     browser.line.frame(sceneFrame(1, 100, [record(1)], null));
-    expect(browser.fetched[0]).toBe(`http://127.0.0.1:8765/room/v1/models/${WATCHING.model}/green/0`);
+    expect(browser.fetched[0]).toBe(`http://127.0.0.1:8765/room/v1/models/${WATCHING.model}/green/0,2,3`);
     browser.watch.at(browser.time);
     expect(browser.line.acks).toEqual([{ tick: 1, wants: 1 }]);
     expect(browser.watch.status.encoding).toBe("frames");
