@@ -28,6 +28,11 @@ def small_disk(folder: Path, size: str) -> Generator[Path]:
         subprocess.run(["umount", "--lazy", str(folder)], check=True)
 
 
+def forbid_writing(disk: Path) -> None:
+    """Make a small disk read-only; the mode of a folder would not keep an administrator out."""
+    subprocess.run(["mount", "-o", "remount,ro", str(disk)], check=True)
+
+
 def fill(disk: Path) -> Path:
     """Until not a byte is left; returns the file that fills it."""
     path = disk / "filling"

@@ -61,7 +61,8 @@ class SettingError(CohapticError):
         self.limit = limit
 
     def __str__(self) -> str:
-        return f"{self.name} is {self.value}; it must be {self.limit}"
+        given = "empty" if self.value == "" else self.value
+        return f"{self.name} is {given}; it must be {self.limit}"
 
 
 class ProtocolError(CohapticError):

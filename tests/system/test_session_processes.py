@@ -23,7 +23,7 @@ pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals"),
 ]
 CLOCK = SystemClock()
-LATEST = 1.5  # s that a killed server may lose: a chunk, and what its thread has in hand
+LATEST = 1.0  # s that a killed server may lose: a chunk of half of it, and what its thread has
 
 
 def until(holds: Callable[[], bool]) -> None:

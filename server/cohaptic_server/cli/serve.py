@@ -105,7 +105,7 @@ Admin = Annotated[
     ),
 ]
 RecordTo = Annotated[
-    str,
+    str | None,
     typer.Option(
         metavar="FILE.mcap",
         help="Record the session to this file, or in a folder to one with the time in its name."
@@ -114,7 +114,7 @@ RecordTo = Annotated[
     ),
 ]
 RecordingsIn = Annotated[
-    str,
+    str | None,
     typer.Option(
         metavar="FOLDER",
         help="Let an administrator of the room begin and end recordings, in this folder.",
@@ -194,8 +194,8 @@ def serve(
     limit: Limit = None,
     admin: Admin = None,
     route: Routes = None,
-    record: RecordTo = "",
-    recordings: RecordingsIn = "",
+    record: RecordTo = None,
+    recordings: RecordingsIn = None,
     config: Config = None,
     cluster: Cluster = "",
     log_format: LogForm = LogFormat.TEXT,
@@ -223,7 +223,8 @@ def serve(
         tuple(allow_origin or ()), allow_upload, tuple(allow_host or ()),
         Limits().changed(limit or ()), max_waiting=max_waiting,
         allow_frames=tuple(allow_frame or ()), watchers_point=watchers_point,
-        base_path=read_base_path(base_path), record=record, recordings=recordings,
+        base_path=read_base_path(base_path), record=_place("--record", record),
+        recordings=_place("--recordings", recordings),
     )  # fmt: skip
     protection = access.protection(host)
     if users is not None and users > max_users:
@@ -239,3 +240,10 @@ def serve(
         settings, protection, options, users, relaxation, admin, route or [],
         nonlinear=nonlinear, lifeline=lifeline,
     )  # fmt: skip
+
+
+def _place(option: str, path: str | None) -> str:
+    """Return where recordings go, empty for nowhere; an empty path is a script's empty variable."""
+    if path == "":
+        raise SettingError(option, path, "the name of a file or of a folder")
+    return path or ""

@@ -27,6 +27,13 @@ def test_a_port_in_use_is_one_sentence_with_a_way_out() -> None:
     assert "choose with --port" in done.stderr
 
 
+@pytest.mark.parametrize("option", ["--record", "--recordings"])
+def test_an_empty_path_of_a_recording_is_not_taken_for_none(option: str) -> None:
+    """As `--record "$FILE"` of a script whose variable is not set."""
+    done = refused(option, "", "--port", "0")
+    assert f"{option} is empty; it must be the name of a file" in done.stderr
+
+
 def refused(*arguments: str) -> subprocess.CompletedProcess[str]:
     """A server that cannot start, and says so in one line."""
     done = subprocess.run(

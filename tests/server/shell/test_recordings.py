@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cohaptic.errors import SettingError
+from cohaptic.errors import CohapticError, SettingError
 from cohaptic.protocol.messages import Mark, Recorded, encode_control
 from cohaptic.sessions.entries import Happened, Heard, Joined, Left, Patched, Rows, RowsLost
 from cohaptic.sessions.entries import Mark as Marked
@@ -17,7 +17,7 @@ from cohaptic.status.row_batch import Clock, RowBatch
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.shell.verification import Verdict, verify
 from tests.server.shell.stage import Client, Served, serving, visit
-from tests.small_disk import fill, small_disk
+from tests.small_disk import fill, forbid_writing, small_disk
 
 pytestmark = pytest.mark.live
 
@@ -213,6 +213,24 @@ def test_a_file_that_cannot_be_made_is_an_error_at_the_start(
     with pytest.raises(SettingError, match=r"--record"):
         asyncio.run(happens())
     assert (tmp_path / "there.mcap").read_bytes() == b"a recording"
+
+
+def test_a_folder_that_is_read_only_costs_nobody_s_session(
+    small_balloon: Balloon, tmp_path: Path
+) -> None:
+    async def happens(disk: Path) -> int:
+        async with serving(small_balloon) as served, visit(served.url) as client:
+            client.probe, client.force = AT_SURFACE, (1.0, 0.0, 0.0)
+            await client.join("ann")
+            await client.play(5)
+            for path in (disk / "x.mcap", disk / "folder"):
+                with pytest.raises(CohapticError, match=r"[Rr]ead-only"):
+                    await served.server.recordings.begin(str(path))
+            return len(await client.play(20))
+
+    with small_disk(tmp_path / "disk", "64k") as disk:
+        forbid_writing(disk)
+        assert asyncio.run(happens(disk)) == 20
 
 
 def test_recordings_in_one_folder_have_different_names(
