@@ -40,11 +40,13 @@ async def markers(name: str) -> AsyncGenerator[Mark]:
         limit = f"one that is there within {_FIND:g} s"
         raise SettingError("stream of Lab Streaming Layer", name or "of any name", limit)
     inlet = lsl.StreamInlet(found[0], max_buflen=60)
-    correction = await asyncio.to_thread(inlet.time_correction, _FIND)
+    await asyncio.to_thread(inlet.time_correction, _FIND)
     while True:
         values, at = await asyncio.to_thread(inlet.pull_sample, _LOOK)
         if not values:
             continue
+        # Anew for each marker, since clocks drift; the library keeps it, and this does not wait.
+        correction = inlet.time_correction(_FIND)
         ago = min(MAX_MARK_AGE, max(0.0, lsl.local_clock() - (at + correction)))
         text = " ".join(str(value) for value in values)[:_LONGEST] or "marker"
         yield mark_of(text, {"stream": found[0].name()[:_LONGEST]}, ago)
