@@ -11,6 +11,7 @@ from collections.abc import AsyncGenerator, AsyncIterator
 from typing import Any, cast
 
 from websockets.asyncio.client import ClientConnection
+from websockets.exceptions import ConnectionClosed
 
 from cohaptic.errors import SettingError
 from cohaptic.protocol.ack import Ack
@@ -20,10 +21,17 @@ from cohaptic.protocol.scene_users import decode_users
 from cohaptic.protocol.watch_messages import decode_watch_control
 from cohaptic_client.moderation import opened, watch_text
 from cohaptic_client.network.conversation import Refused
-from cohaptic_client.network.marks import NOT_RECORDED, PACE, mark_of
+from cohaptic_client.network.marks import NOT_RECORDED, PACE, Stamps, mark_of
+from cohaptic_client.network.server_clock import FIRST, ServerClock
 
 _SCENE = bytes((FrameKind.SCENE,))
 _MOST_LINES = 1000  # of standard input that wait; a program that writes more is held up
+# s for the first scenes and pings, before marks leave without the server's clock. A room at rest
+# sends two scenes a second.
+_CLOCK = 2.0
+_RATE = 10.0  # scenes a second
+_LOOK = 0.02  # s between looks whether it is known
+_PING = 2.0  # s between two pings, after the first few
 _PATIENCE = 15.0  # s for the first answers; a server gives them within 1 s
 
 
@@ -37,7 +45,9 @@ class Marking:
     def __init__(self, ws: ClientConnection) -> None:
         self._ws, self._loop = ws, asyncio.get_running_loop()
         self._next = self._loop.time()
-        self.hearing = asyncio.ensure_future(_hear(ws))
+        self.clock, self._stamps = ServerClock(), Stamps()
+        self.hearing = asyncio.ensure_future(_hear(ws, self.clock))
+        self._pinging = asyncio.ensure_future(keep_time(ws, self.clock))
 
     async def put(self, mark: Mark) -> None:
         """Set a mark, at most `1 / PACE` a second; its time stays that of the call.
@@ -52,8 +62,22 @@ class Marking:
             self.hearing.result()
         now = self._loop.time()
         self._next = now + PACE
-        ago = min(MAX_MARK_AGE, mark.ago + now - called)
-        await self._ws.send(encode_control(mark.model_copy(update={"ago": ago})))
+        made = self._stamps.on(mark, called - mark.ago, now, self.clock.reading)
+        await self._ws.send(encode_control(made))
+
+    async def know_clock(self) -> None:
+        """Return once the server's clock is known, or after `_CLOCK`."""
+        until = self._loop.time() + _CLOCK
+        while self.clock.reading is None and self._loop.time() < until:
+            await asyncio.wait((self.hearing,), timeout=_LOOK)
+            if self.hearing.done():
+                return
+
+    async def close(self) -> None:
+        """End what runs beside."""
+        for task in (self.hearing, self._pinging):
+            task.cancel()
+        await asyncio.gather(self.hearing, self._pinging, return_exceptions=True)
 
     async def settle(self) -> None:
         """Return when the server has taken all marks, or raise an error as `put` does."""
@@ -80,17 +104,17 @@ async def marking(url: str, token: str = "", ca_file: str = "") -> AsyncGenerato
         Refused: The server refuses the connection or a mark.
     """
     async with opened(url, ca_file) as ws:
-        await ws.send(watch_text(token))
+        await ws.send(watch_text(token, _RATE))
         async with asyncio.timeout(_PATIENCE):
             if not await _is_recorded(ws):
                 raise SettingError("mark", f"for {url}", NOT_RECORDED)
         made = Marking(ws)
         try:
+            await made.know_clock()
             yield made
             await made.settle()
         finally:
-            made.hearing.cancel()
-            await asyncio.gather(made.hearing, return_exceptions=True)
+            await made.close()
 
 
 async def _is_recorded(ws: ClientConnection) -> bool:
@@ -106,12 +130,26 @@ async def _is_recorded(ws: ClientConnection) -> bool:
             return message.on
 
 
-async def _hear(ws: ClientConnection) -> None:
+async def keep_time(ws: ClientConnection, clock: ServerClock) -> None:
+    """Measure round trips for a clock until the connection ends."""
+    loop, count = asyncio.get_running_loop(), 0
+    with contextlib.suppress(ConnectionClosed):
+        while True:
+            trip = await (await ws.ping())
+            clock.answered(trip, loop.time())
+            count += 1
+            await asyncio.sleep(_PING if count >= FIRST else 0.0)
+
+
+async def _hear(ws: ClientConnection, clock: ServerClock) -> None:
     """Read what comes, until the recording or the connection ends."""
+    loop = asyncio.get_running_loop()
     async for data in ws:
         if isinstance(data, bytes):
             if data[1:2] == _SCENE:  # the server ends a connection that reads none
-                await ws.send(Ack(decode_users(data).tick).encode())
+                scene = decode_users(data)
+                clock.heard(scene.t_server, loop.time())
+                await ws.send(Ack(scene.tick).encode())
             continue
         message = decode_watch_control(data)
         if isinstance(message, Error):

@@ -115,9 +115,9 @@ async def _talk(
     return [f"done: {action.value}{f' {user.name}' if user else ''}"]
 
 
-def watch_text(token: str) -> str:
-    """Return the first message of a connection that needs no scenes."""
-    watch = Watch(protocol=PROTOCOL_VERSION, encoding="forces", rate=1.0, token=token or None)
+def watch_text(token: str, rate: float = 1.0) -> str:
+    """Return the first message of a connection that needs few scenes a second, or none."""
+    watch = Watch(protocol=PROTOCOL_VERSION, encoding="forces", rate=rate, token=token or None)
     return encode_control(watch)
 
 

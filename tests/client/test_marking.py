@@ -8,6 +8,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from cohaptic.clock import SystemClock
 from cohaptic.errors import SettingError
 from cohaptic.sessions.entries import Rows
 from cohaptic.sessions.reader import Outline, read_entries
@@ -55,6 +56,32 @@ def test_a_hand_in_a_script_is_recorded_with_every_period_and_its_marks(tmp_path
     assert began < on.t < off.t
     # As far apart as on the clock of the hand, to the error of that clock and a sample's way.
     assert off.t - on.t == pytest.approx(rows[-1].t - rows[0].t, abs=0.1)
+
+
+@pytest.mark.live
+def test_a_mark_has_its_moment_through_a_slow_link_to_the_error_that_it_says(
+    tmp_path: Path,
+) -> None:
+    """Server and hand have the clock of one machine here, which neither of them knows."""
+    path, clock, calls = tmp_path / "x.mcap", SystemClock(), list[float]()
+    with (
+        serve("balloon", port=0, record=str(path)) as room,
+        joined(room.url, name="ann", network="delay=80") as hand,
+    ):
+        samples = hand.samples()
+        next(row for row in samples if hand.recorded)
+        for _ in range(3):
+            for _ in range(300):
+                next(samples)
+            calls.append(clock.now() + clock.to_wall())
+            hand.mark("stimulus on")
+        for _ in range(500):
+            next(samples)
+    outline = Outline.of(path)
+    assert len(outline.marks) == 3
+    for found, call in zip(outline.marks, calls, strict=True):
+        assert found.error is not None
+        assert abs(found.t + outline.info.to_wall - call) <= found.error
 
 
 @pytest.mark.live

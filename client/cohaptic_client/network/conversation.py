@@ -38,6 +38,7 @@ from cohaptic_client.loop.added import reasons_of
 from cohaptic_client.loop.handle import TipSample
 from cohaptic_client.network.link import Data, Link
 from cohaptic_client.network.marks import MarksOut
+from cohaptic_client.network.server_clock import ClockReading
 from cohaptic_client.network.session import ClientSession
 from cohaptic_client.network.timing import LinkTiming, Pacer
 from cohaptic_client.news import News
@@ -349,10 +350,15 @@ class Conversation:
             self._link.send(frame)
 
     def _send_marks(self) -> None:
-        mark = self._marks.due(self._clock.now()) if self.recorded else None
+        if not self.recorded:
+            return
+        timing = self.timing
+        known = timing.best is not None
+        clock = ClockReading(timing.clock_offset, timing.clock_error) if known else None
+        mark = self._marks.due(self._clock.now(), clock)
         if mark is None:
             return
-        if mark.ago <= MAX_MARK_AGE:
+        if mark.ago < MAX_MARK_AGE:
             self._link.send(encode_control(mark))
         else:
             self._tell(News("recorded", f"a mark is lost, as the server was: {mark.text}"))

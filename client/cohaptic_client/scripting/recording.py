@@ -14,7 +14,7 @@ from websockets.exceptions import ConnectionClosed
 
 from cohaptic.errors import CohapticError, RemoteProtocolError, ServerLost
 from cohaptic.protocol.messages import encode_control
-from cohaptic.sessions.entries import SessionInfo
+from cohaptic.sessions.entries import PassedOver, SessionInfo, Ticked
 from cohaptic.sessions.recorder import SessionRecorder, open_recorder
 from cohaptic.sessions.stream import (
     MAX_BYTES,
@@ -25,9 +25,11 @@ from cohaptic.sessions.stream import (
     decode_error,
 )
 from cohaptic_client.address import room_at
+from cohaptic_client.marking import keep_time
 from cohaptic_client.moderation import opened
 from cohaptic_client.network.conversation import Refused
 from cohaptic_client.network.marks import PACE, MarksOut, Value
+from cohaptic_client.network.server_clock import ServerClock
 
 _PATIENCE = 15.0  # s for the first entry; a server sends it within a tenth of a second
 _ENDS = (1000, 1001)  # as asked for, or since the server stops
@@ -117,28 +119,34 @@ class RoomRecording:
             if not isinstance(first, SessionInfo):
                 raise RemoteProtocolError("first entry", type(first).__name__, "SessionInfo")
             recorder = open_recorder(self._target, first, self._tell, "path")
-            sending = asyncio.ensure_future(self._send_marks(ws))
+            clock = ServerClock()
+            pinging = asyncio.ensure_future(keep_time(ws, clock))
+            sending = asyncio.ensure_future(self._send_marks(ws, clock))
             try:
                 for entry in rest:
                     recorder.add(entry)
                 self._begun.set_result(recorder)
                 while not recorder.ended:
-                    for entry in decode_batch(await _next(ws)):
+                    batch = decode_batch(await _next(ws))
+                    for entry in batch:
                         recorder.add(entry)
+                        if isinstance(entry, Ticked | PassedOver):
+                            clock.heard(entry.t, self._loop.time())
             except _Over:
                 pass
             finally:
                 sending.cancel()
-                (asked,) = await asyncio.gather(sending, return_exceptions=True)
+                pinging.cancel()
+                asked, _ = await asyncio.gather(sending, pinging, return_exceptions=True)
                 recorder.finish()
             if asked is not None:  # the end was not asked for: marks were still being sent
                 raise ServerLost(self._url, "the server has ended the recording")
 
-    async def _send_marks(self, ws: ClientConnection) -> None:
+    async def _send_marks(self, ws: ClientConnection, clock: ServerClock) -> None:
         """Send marks, and at last that the recording ends."""
         assert self._loop is not None
         while len(self._marks) or not self._ending.is_set():
-            if (mark := self._marks.due(self._loop.time())) is not None:
+            if (mark := self._marks.due(self._loop.time(), clock.reading)) is not None:
                 await ws.send(encode_control(mark))
             await asyncio.sleep(PACE)
         await ws.send(encode_control(EndRecording()))

@@ -14,6 +14,7 @@ from pydantic_core import to_jsonable_python
 
 from cohaptic import __version__
 from cohaptic.errors import LocalProtocolError, OutputError
+from cohaptic.protocol.messages import MAX_MARK_AGE
 from cohaptic.protocol.messages import Mark as MarkMessage
 from cohaptic.protocol.scene import encode_scene
 from cohaptic.protocol.scene_surface import FINEST, Surface
@@ -145,7 +146,10 @@ class Recording:
 
     def mark(self, mark: MarkMessage, by: int | None, now: float) -> None:
         """Add a mark that a user, or somebody who watches, has set."""
-        self.recorder.add(Mark(now - mark.ago, mark.text, mark.fields, by))
+        at, error = mark.at, mark.error
+        if at is None or abs(now - at) > MAX_MARK_AGE:
+            at, error = now - mark.ago, None
+        self.recorder.add(Mark(at, mark.text, mark.fields, by, error))
 
     def rows(self, batch: RowBatch, user: int, now: float) -> None:
         """Add rows of a user's loop, and how many of them are missing."""

@@ -58,6 +58,7 @@ Token = Annotated[str, Field(min_length=1, max_length=MAX_TOKEN, pattern=r"^[!-~
 
 MAX_MARK_FIELDS = 16
 MAX_MARK_AGE = 60.0  # s; a mark that waited for longer, on a lost link, would be a guess
+MAX_MARK_TIME = 1e9  # s, as of a clock in rows
 MarkText = Annotated[str, Field(min_length=1, max_length=200)]
 
 Coordinate = Annotated[float, Field(ge=-MAX_POSITION, le=MAX_POSITION)]  # [m]
@@ -300,7 +301,9 @@ class Mark(ControlMessage):
     Args:
         text: Text of the mark.
         fields: Further values.
-        ago: Time since the marked moment [s].
+        at: The marked moment on the server's clock [s]; None if the sender does not know it.
+        error: Bound on the error of `at` [s]; None if the sender does not know it.
+        ago: Time since the marked moment, for a server without `at` [s].
     """
 
     type: Literal["mark"] = "mark"
@@ -308,6 +311,8 @@ class Mark(ControlMessage):
     fields: dict[MarkText, MarkText | StrictBool | StrictInt | StrictFloat | None] = Field(
         default={}, max_length=MAX_MARK_FIELDS
     )
+    at: float | None = Field(default=None, ge=-MAX_MARK_TIME, le=MAX_MARK_TIME)
+    error: float | None = Field(default=None, ge=0.0, le=MAX_MARK_AGE)
     ago: float = Field(default=0.0, ge=0.0, le=MAX_MARK_AGE)
 
 

@@ -249,12 +249,14 @@ class Mark:
         text: What it says.
         fields: Further values as JSON; numbers that are not finite become null.
         by: Number of the user who set it; None for the server or an operator.
+        error: Bound on the error of `t` that its sender knows [s]; None without one.
     """
 
     t: float
     text: str
     fields: Json
     by: int | None = None
+    error: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

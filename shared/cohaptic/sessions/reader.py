@@ -180,6 +180,10 @@ def _entries(
             size -= weight
             yield first
         del waiting[:ready]
+    if end is None and not container.complete and all(span.whole for span in container.spans[-1:]):
+        # The rest is missing from the end of a chunk on, as of a process that was killed.
+        last = max((span.end for span in container.spans), default=0)
+        yield Damage(_seconds(last, info), cut_short=True)
 
 
 def _bound(t: float, info: SessionInfo) -> float:

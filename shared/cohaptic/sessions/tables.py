@@ -45,6 +45,9 @@ Progress = Callable[[str, float], None]  # takes a phase and its finished fracti
 Table = Any  # A pandas.DataFrame, which has no types of its own.
 
 AXES = ("x", "y", "z", "fx", "fy", "fz")  # of a hand: tip [m], and force on the hand [N]
+# What the table `lost` says of its rows.
+ROWS_LOST, ENTRIES_LOST = "rows of a client", "entries"
+DAMAGED, CUT_SHORT = "a damaged chunk", "cut short from here on"
 # Samples of all hands on one grid: an hour of eight users at 1 kHz has 29 million of each axis.
 _MOST_SAMPLES = 200_000_000
 
@@ -98,11 +101,13 @@ class Session:
             clients whose loops have other rules have further columns, NaN for the others.
         patches: One row for each patch: contact point of the free surface, normal, gains, and the
             force that the body carries.
-        marks: Marks, with a column for each of their fields that is called `field.NAME`.
+        marks: Marks; `error` bounds the error of `t`, NaN where the sender did not know it. Each of
+            their fields has a column that is called `field.NAME`.
         events: What happened, with `kind`, `user` (0 for nobody) and `text`.
         links: State of the users' links.
         lost: What is not in the file: rows that did not arrive, entries that were left out (user
-            0), and damaged stretches (`count` 0).
+            0), and (`count` 0) damaged stretches, or all from where the file was cut short. Periods
+            that a loop skipped beside other work are gaps of `rows`, not losses.
     """
 
     info: SessionInfo
@@ -198,7 +203,12 @@ def _interpolated(grid: Floats, t: Floats, values: npt.NDArray[Any]) -> Floats:
     return found
 
 
-def _file_in(path: Path) -> Path:
+def session_file(path: Path) -> Path:
+    """Return a path; of a folder, as `cohaptic.record` makes one, the only session file in it.
+
+    Raises:
+        SettingError: The folder has none, or several.
+    """
     if not path.is_dir():
         return path
     found = sorted(path.glob("*.mcap"))
@@ -232,7 +242,7 @@ def read_session(
             pandas is not installed.
     """
     pd = library("pandas")
-    path = _file_in(Path(path))
+    path = session_file(Path(path))
     for name in columns or ():
         if name not in COLUMNS and not name.startswith("by_"):
             raise SettingError("columns", name, f"one of {', '.join(COLUMNS)}")
@@ -249,7 +259,7 @@ def read_session(
         users=outline.users,
         rows=found.rows_table(pd),
         patches=_table(pd, found.patches, _PATCH),
-        marks=_table(pd, found.marks, {"t": "s", "text": "", "by": "1"}),
+        marks=_table(pd, found.marks, {"t": "s", "error": "s", "text": "", "by": "1"}),
         events=_table(pd, found.events, {"t": "s", "kind": "", "user": "1", "text": ""}),
         links=_table(
             pd,
@@ -301,7 +311,8 @@ class _Gathered:
             case Patched():
                 self.patches.append(_patch_record(entry))
             case Mark():
-                record = {"t": entry.t, "text": entry.text, "by": entry.by or 0}
+                error = math.nan if entry.error is None else entry.error
+                record = {"t": entry.t, "error": error, "text": entry.text, "by": entry.by or 0}
                 fields = {f"field.{name}": value for name, value in entry.fields.items()}
                 self.marks.append(record | fields)
             case Happened():
@@ -333,12 +344,11 @@ class _Gathered:
                     }
                 )
             case RowsLost():
-                self._lost(entry.t, entry.user, entry.count, "rows of a client")
+                self._lost(entry.t, entry.user, entry.count, ROWS_LOST)
             case LeftOut():
-                self._lost(entry.t, 0, entry.count, "entries")
+                self._lost(entry.t, 0, entry.count, ENTRIES_LOST)
             case Damage():
-                words = "cut short from here on" if entry.cut_short else "a damaged chunk"
-                self._lost(entry.t, 0, 0, words)
+                self._lost(entry.t, 0, 0, CUT_SHORT if entry.cut_short else DAMAGED)
             case _:
                 pass
 

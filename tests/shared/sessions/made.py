@@ -129,7 +129,7 @@ def session(seconds: float = 3.0, users: int = 2, *, late: float = 0.25) -> list
         Restrained(end, True, (1,)),
         Link(end, 1, 0.02, 0.001, 40.0, 1e-4),
         RowsLost(end, 2, 17),
-        Mark(end, "trial 1", {"force": 2.5, "hand": "left"}, by=1),
+        Mark(end, "trial 1", {"force": 2.5, "hand": "left"}, by=1, error=0.002),
         Mark(end, "pause", {}),
         Happened(end, "fault", 1, "the device is gone"),
         BodyReset(end),

@@ -87,11 +87,13 @@ def test_a_part_by_time_is_the_same_part_of_the_whole(
     path = write(tmp_path_factory.mktemp("law") / "x.mcap", entries)
     if not closed:
         path = cut(path, path.stat().st_size - 9)  # without an index that can be found
-    expected = [
+    expected: list[Entry] = [
         entry
         for entry in in_order([info(), *entries])
         if (start is None or entry.t >= start) and (end is None or entry.t < end)
     ]
+    if not closed and end is None:
+        expected.append(Damage(Outline.of(path).last, cut_short=True))
     assert list(read_entries(path, start, end)) == expected
 
 
@@ -176,7 +178,7 @@ def test_a_damaged_chunk_is_told_and_the_others_are_read(tmp_path: Path) -> None
     found = list(read_entries(path))
     ticks = [e.tick for e in found if isinstance(e, Ticked)]
     missing = sorted(set(range(100)) - set(ticks))
-    assert missing == list(range(missing[0], missing[0] + 11))
+    assert missing == list(range(missing[0], missing[0] + 6))
     [gap] = [e for e in found if isinstance(e, Damage)]
     assert gap == Damage(pytest.approx(T + missing[0] / 10), False)  # type: ignore[arg-type]
     assert [e.t for e in found] == sorted(e.t for e in found)
@@ -218,11 +220,11 @@ def test_the_outline_of_a_session_is_the_same_with_and_without_an_index(tmp_path
 
 
 def test_a_part_of_a_long_session_is_read_without_the_rest(tmp_path: Path) -> None:
-    """Of 200 chunks those of the asked second are read, and the first, with the channels."""
+    """Of 400 chunks those of the asked second are read, and the first, with the channels."""
     path = write(tmp_path / "x.mcap", [Ticked(T + i / 20, i) for i in range(4_000)])
     data = bytearray(path.read_bytes())
     places = chunks_in(data)
-    for place in places[2:90] + places[110:200]:
+    for place in places[2:180] + places[220:400]:
         data[place + 40] ^= 0xFF  # who reads it notices
     path.write_bytes(data)
     for file in (path, cut(path, len(data) - 1)):

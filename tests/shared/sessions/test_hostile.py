@@ -18,7 +18,7 @@ from mcap.writer import CompressionType, Writer
 from cohaptic.errors import SettingError
 from cohaptic.sessions.codec import encode
 from cohaptic.sessions.container import LARGEST_CHUNK, MAGIC
-from cohaptic.sessions.entries import Entry, SessionInfo, Ticked, Written
+from cohaptic.sessions.entries import Damage, Entry, SessionInfo, Ticked, Written
 from cohaptic.sessions.reader import Outline, read_entries
 from cohaptic.sessions.schemas import BY_ENTRY, CHANNELS, FORM
 from tests.examples_of_laws import examples
@@ -173,7 +173,9 @@ def test_an_index_that_names_a_chunk_again_and_again_is_not_believed(tmp_path: P
         index = getattr(writer, "_Writer__chunk_indices")  # noqa: B009
         index.extend(list(index) * 1000)
 
-    assert read(made_by_others(tmp_path / "x.mcap", fill)) == [info(), Ticked(T, 1)]
+    found = read(made_by_others(tmp_path / "x.mcap", fill))
+    # As a file without an index, which may have had more.
+    assert found == [info(), Ticked(T, 1), Damage(-info().to_wall, cut_short=True)]
 
 
 def test_times_at_random_do_not_fill_the_memory(tmp_path: Path) -> None:
