@@ -38,7 +38,8 @@ def admin(
 
     `unban` lets a user who was kicked or banned under a name come back. The token is one of
     `cohaptic token --admin`. `record` needs a server with --recordings, and takes a token with
-    --record, too.
+    --record, too; of a server without access control, which takes no tokens, record by
+    `cohaptic serve --record`, or by `cohaptic.record(...)` in a script on its machine.
     """
     try:
         wanted = Action(action)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cohaptic.cli.session_words import chosen_session
 from cohaptic.errors import SettingError
 from cohaptic_server.cli.access_options import Exposure
 from cohaptic_server.logs import LogStyle, set_up_log
@@ -20,7 +21,10 @@ if TYPE_CHECKING:
 # Above 60 lines: every option of the command is a parameter.
 def replay(
     file: Annotated[
-        Path, typer.Argument(help="A session, as `cohaptic serve --record` writes it.")
+        Path,
+        typer.Argument(
+            help="A session, as `cohaptic serve --record` writes it, or a folder with one."
+        ),
     ],
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="TCP port; 0 takes any free one.")] = 0,
@@ -59,6 +63,7 @@ def replay(
     set_up_log(LogStyle(logging.INFO))
     if body_file is not None and not verify:
         raise SettingError("--body", body_file, "given with --verify")
+    file = chosen_session(file)
     if verify:
         from cohaptic_tools.verifying import in_words as of_verdict
         from cohaptic_tools.verifying import verify_file

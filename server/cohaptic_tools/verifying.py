@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import logging
+import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from threadpoolctl import threadpool_limits
 
+from cohaptic.clock import Clock, SystemClock
 from cohaptic.errors import SettingError, one_line
 from cohaptic.sessions.entries import SessionInfo
 from cohaptic.sessions.reader import Outline, read_entries
@@ -15,13 +19,19 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.object_options import ObjectOptions
 from cohaptic_server.cli.progress_bar import progress_bar
 from cohaptic_server.cli.serving import build_served
+from cohaptic_server.progress import TimeLeft
 from cohaptic_server.settings import ServerSettings
 from cohaptic_server.shell.verification import NotVerifiable, Verdict, verify
 from cohaptic_server.touchable import is_file, names
 
+_PATIENCE = 2.0  # s after which a person wants to know whether it goes on
+_STEP = 10.0  # s between two lines of a log, in which nothing goes away again
+
 
 def verify_file(path: Path, body: Path | None) -> Verdict:
-    """Compare the patches of a session file with those of its inputs, with a progress bar.
+    """Compare the patches of a session file with those of its inputs, and show the progress.
+
+    On a terminal that is a bar, otherwise a line of the log now and then.
 
     Args:
         path: The session file.
@@ -36,12 +46,38 @@ def verify_file(path: Path, body: Path | None) -> Verdict:
     made = _made_again(outline.info, body)
     verdict = Verdict()
     # One thread, as in the server: several would add numbers in another order.
-    with threadpool_limits(limits=1), progress_bar(f"verifying {path.name}") as progress:
+    title = f"verifying {one_line(path.name)}"
+    log, is_terminal = logged(SystemClock(), title), sys.stderr.isatty()
+    with threadpool_limits(limits=1), progress_bar(title) as progress:
         for t, so_far in verify(read_entries(path), made):
             verdict = so_far
-            share = (t - outline.first) / max(outline.seconds, 1e-9)
-            progress("computing its patches again", min(1.0, max(0.0, share)))
+            share = min(1.0, max(0.0, (t - outline.first) / max(outline.seconds, 1e-9)))
+            progress("computing its patches again", share)
+            if not is_terminal:
+                log(share)
     return verdict
+
+
+def logged(clock: Clock, title: str) -> Callable[[float], None]:
+    """Return a function of the finished fraction of a work, 0 to 1, that logs it now and then.
+
+    A work of less than two seconds logs nothing.
+
+    Args:
+        clock: Clock by which the work takes long; the work begins now.
+        title: What is worked at.
+    """
+    began = clock.now()
+    left, due = TimeLeft(began), began + _PATIENCE
+
+    def log(share: float) -> None:
+        nonlocal due
+        now = clock.now()
+        if now >= due:
+            due = now + _STEP
+            logging.info("%s: %.0f %% %s", title, 100.0 * share, left.words(share, now))
+
+    return log
 
 
 def _made_again(info: SessionInfo, body: Path | None) -> Body:

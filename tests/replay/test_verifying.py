@@ -17,7 +17,7 @@ from cohaptic_server import Verdict, verify_session
 from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.object_options import ObjectOptions, made_from_options
 from cohaptic_server.objects.catalogue import build_body
-from cohaptic_tools.verifying import in_words
+from cohaptic_tools.verifying import in_words, logged
 
 BALLOON = made_from_options("balloon", ObjectOptions(), None, 0.0, nonlinear=False)
 
@@ -105,6 +105,50 @@ def test_what_cannot_be_made_again_is_an_error(
     code, words = run(capsys, str(file))
     assert code == 2
     assert said in words.replace("\n", " ")
+
+
+class Clock:
+    """A clock of a test."""
+
+    def __init__(self) -> None:
+        self.t = 100.0
+
+    def now(self) -> float:
+        return self.t
+
+    def sleep_until(self, when: float) -> None:
+        self.t = when
+
+
+def test_a_long_comparison_logs_how_far_it_is_and_a_short_one_does_not(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    caplog.set_level("INFO")
+    clock = Clock()
+    log = logged(clock, "verifying x.mcap")
+    for _ in range(15):
+        clock.t += 0.125
+        log((clock.t - 100.0) / 64.0)
+    assert caplog.messages == []
+    while clock.t < 164.0:
+        clock.t += 0.125
+        log((clock.t - 100.0) / 64.0)
+    assert caplog.messages == [
+        f"verifying x.mcap: {said} left"
+        for said in (
+            "3 % 1:02", "19 % 0:52", "34 % 0:42", "50 % 0:32", "66 % 0:22", "81 % 0:12",
+            "97 % 0:02",
+        )
+    ]  # fmt: skip
+
+
+def test_a_folder_with_one_session_is_verified(
+    balloon: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "x.mcap").write_bytes(balloon.read_bytes())
+    code, words = run(capsys, str(tmp_path))
+    assert code == 0
+    assert f"the session is {tmp_path / 'x.mcap'}" in words
 
 
 def test_a_verdict_in_words() -> None:

@@ -274,8 +274,18 @@ def end_freeze(room: Room, peers: Iterable[Peer], now: float, outcome: Outcome) 
         outcome.say("thawed", "the object takes forces again: no administrator is here")
 
 
+# Without a token no server lets anybody begin a recording here, with --recordings or without.
+_TO_RECORD = (
+    "give one of `cohaptic token --record`; of a server that takes no tokens, record by"
+    " `cohaptic serve --record FILE`, or by cohaptic.record(...) in a script on its machine"
+)
+
+
 def _change_recording(room: Room, admin: Peer, outcome: Outcome, *, on: bool) -> None:
-    if not admin.guest.grants.may_record:
+    if not admin.guest.grants.may_record and not admin.guest.session:
+        needed = "a recording needs a token that allows it (roomRecord or roomAdmin)"
+        admin.session.fail(forbidden(needed, _TO_RECORD))
+    elif not admin.guest.grants.may_record:
         admin.session.fail(forbidden("the token does not let you record (roomRecord or roomAdmin)"))
     elif not room.settings.recordings:
         admin.session.fail(forbidden("the server has no folder for recordings (--recordings)"))

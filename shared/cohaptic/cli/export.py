@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from cohaptic.cli.session_words import chosen_session
 from cohaptic.clock import Clock, SystemClock
 
 _PATIENCE = 2.0  # s after which a person wants to know whether it goes on
@@ -29,7 +30,10 @@ class To(Enum):
 
 def export(
     file: Annotated[
-        Path, typer.Argument(help="A session, as `cohaptic serve --record` writes it.")
+        Path,
+        typer.Argument(
+            help="A session, as `cohaptic serve --record` writes it, or a folder with one."
+        ),
     ],
     to: Annotated[
         To,
@@ -48,14 +52,17 @@ def export(
 ) -> None:
     """Write a recorded session for other programs, as tables on one clock.
 
-    Nothing is replaced, and what cannot be written to the end leaves nothing behind. Needs
-    `pip install "cohaptic[analysis]"`.
+    Nothing is replaced, and what cannot be written to the end leaves nothing behind. What the
+    session lacks is told at the end. Needs `pip install "cohaptic[analysis]"`.
     """
-    from cohaptic.sessions.export import export_session
+    from cohaptic.sessions.export import export_and_tell
 
+    file = chosen_session(file)
     with told(SystemClock(), sys.stderr.isatty(), _write) as progress:
-        made = export_session(file, out or beside(file, to), to.value, progress)
+        made, lacks = export_and_tell(file, out or beside(file, to), to.value, progress)
     typer.echo(f"written to {made}")
+    if lacks:
+        typer.echo(f"cohaptic: {lacks}", err=True)
 
 
 def beside(file: Path, to: To) -> Path:

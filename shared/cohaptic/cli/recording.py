@@ -1,15 +1,16 @@
-"""Command `cohaptic recording`: says what one holds, and finishes that of a killed process."""
+"""Command `cohaptic recording`: says what a file holds, and finishes that of a killed process."""
 
 from __future__ import annotations
 
 import math
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cohaptic.cli.output import Overwrite, new_output
+from cohaptic.cli.session_words import chosen_session, local, session_lines
+from cohaptic.errors import SettingError
 
 if TYPE_CHECKING:
     from cohaptic.recording.outline import Outline
@@ -20,7 +21,9 @@ _SET = 0.2
 
 
 def recording(
-    file: Annotated[Path, typer.Argument(help="A recording, or its .part.")],
+    file: Annotated[
+        Path, typer.Argument(help="A session (.mcap), a folder with one, or a .npz or its .part.")
+    ],
     finish: Annotated[
         bool,
         typer.Option(
@@ -32,8 +35,16 @@ def recording(
     """Say what a recording holds, or finish one of a killed program.
 
     That is whose it is, when it was made, how long it is, and what it lacks. While
-    `cohaptic touch --record NAME.npz` runs, the rows are in NAME.npz.part, which may be read too.
+    `cohaptic touch --record NAME.npz` runs, the rows are in NAME.npz.part, which may be read too. A
+    session needs no --finish: that of a killed process is read as far as it reaches.
     """
+    if file.is_dir() or file.suffix == ".mcap":
+        if finish:
+            raise SettingError("--finish", file, "given for a .part; a session is read as it is")
+        path = chosen_session(file)
+        for line in session_lines(path):
+            typer.echo(line)
+        return
     from cohaptic.recording.archive import finish as turn
     from cohaptic.recording.archive import name_of, read_outline
     from cohaptic.recording.part import Part
@@ -58,8 +69,8 @@ def lines(outline: Outline) -> list[str]:
     found = [in_words(outline)]
     known = [clocks for clocks in outline.clocks if not math.isnan(clocks.to_wall)]
     if known and outline.count:
-        began = _local(outline.first + known[0].to_wall)
-        found.append(f"from {began} to {_local(outline.last + known[-1].to_wall)}")
+        began = local(outline.first + known[0].to_wall)
+        found.append(f"from {began} to {local(outline.last + known[-1].to_wall)}")
         moved = known[-1].to_wall - known[0].to_wall
         if abs(moved) > _SET:
             found.append(f"the wall clock was set by {moved:+.1f} s meanwhile")
@@ -76,11 +87,3 @@ def lines(outline: Outline) -> list[str]:
         where = " at its end" if damage.cut_short else ""
         found.append(f"{damage.size} bytes{where} are no whole block, and were left out")
     return found
-
-
-def _local(unix: float) -> str:
-    """Return a Unix time [s] as a person reads it, with the offset of the time zone."""
-    try:
-        return datetime.fromtimestamp(unix).astimezone().isoformat(" ", "milliseconds")
-    except (ValueError, OverflowError, OSError):
-        return "an unknown time"

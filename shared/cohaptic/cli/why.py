@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import textwrap
 from dataclasses import asdict
 from pathlib import Path
@@ -11,13 +12,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cohaptic.cli.output import Overwrite, new_output
+from cohaptic.cli.session_words import chosen_session
 from cohaptic.errors import SettingError, one_line
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from cohaptic.recording.archive import Recording
-    from cohaptic.recording.why import Columns, Why
+    from cohaptic.recording.why import Columns, Floats, Why
 
 _SEEN = 0.0005  # N; a smaller entry is left out of the table
 _TAKEN = 0.0002  # N of a budget; the same
@@ -28,9 +28,18 @@ _MARKS = 24  # characters of the longest bar
 def why(
     recording: Annotated[
         Path,
-        typer.Argument(help="A recording, or a session or a folder of them with --user."),
+        typer.Argument(
+            help="A recording, or with --user a session or a folder of recordings or one session."
+        ),
     ],
-    at: Annotated[float | None, typer.Option("--at", help="Seconds since its beginning.")] = None,
+    at: Annotated[
+        float | None,
+        typer.Option(
+            "--at",
+            help="Seconds since its beginning, in a session since the user's first row. A number"
+            " above the session's length is a time `t` of its tables, on the server's clock.",
+        ),
+    ] = None,
     user: Annotated[
         str | None, typer.Option(help="Whose recording in a session or folder.")
     ] = None,
@@ -64,12 +73,13 @@ def why(
     picture = new_output("--out", out, ".png", overwrite=overwrite)
     as_json = None if str(json_to) == "-" else json_to
     answers = new_output("--json", as_json, overwrite=overwrite)
-    if recording.suffix == ".mcap" and not recording.is_dir():
-        path, name, columns, rules = _of_session(recording, user)
+    if (file := _session_in(recording)) is not None:
+        path, rules = file, dict[str, str]()
+        name, columns, at = _of_session(file, user, at)
     else:
         path, found = _chosen(recording, user)
         header = found.outline.header
-        name, rules = header.name, header.rules
+        name, rules = header.name, dict(header.rules)
         columns = dict(zip(header.columns, found.rows.T, strict=True))
     check_ledger(path, columns)
     if at is not None:
@@ -108,11 +118,29 @@ def lines(name: str, answer: Why) -> list[str]:
     return [*found, "", *textwrap.wrap(answer.sentence, 80)]
 
 
-def _of_session(path: Path, user: str | None) -> tuple[Path, str, Columns, Mapping[str, str]]:
-    """Return the rows of one user of a session file, from its first row on.
+def _session_in(path: Path) -> Path | None:
+    """Return the session file at a path or in a folder without recordings; None for neither.
 
     Raises:
-        SettingError: There are none of that user, or the file cannot be read.
+        SettingError: The folder has several.
+    """
+    if path.is_dir():
+        only = any(path.glob("*.mcap")) and not any(path.glob("*.npz"))
+        return chosen_session(path) if only else None
+    return path if path.suffix == ".mcap" else None
+
+
+def _of_session(
+    path: Path, user: str | None, at: float | None
+) -> tuple[str, Columns, float | None]:
+    """Return the rows of one user of a session file, from its first row on.
+
+    Returns:
+        The user's name, the columns, and the time `at` as time since the first row [s].
+
+    Raises:
+        SettingError: There are none of that user or, on the server's clock, of that time; or the
+            file cannot be read.
     """
     import numpy as np
 
@@ -120,7 +148,8 @@ def _of_session(path: Path, user: str | None) -> tuple[Path, str, Columns, Mappi
     from cohaptic.sessions.entries import Rows
     from cohaptic.sessions.reader import Outline, read_entries
 
-    people = Outline.of(path).users
+    outline = Outline.of(path)
+    people = outline.users
     blocks = dict[int, list[Rows]]()
     for entry in read_entries(path, only=(Rows,)):
         if isinstance(entry, Rows) and user in (None, people.get(entry.user)):
@@ -131,12 +160,33 @@ def _of_session(path: Path, user: str | None) -> tuple[Path, str, Columns, Mappi
         raise SettingError("--user", user or "missing", limit)
     ((number, found),) = blocks.items()
     table = np.concatenate([table_of(rows) for rows in found])
-    return (
-        path,
-        people.get(number, str(number)),
-        dict(zip(found[0].columns, table.T, strict=True)),
-        {},
-    )
+    if at is not None and at > outline.seconds and len(table):
+        # As the tables have it: between two blocks the offset of the clocks is interpolated.
+        known = [rows for rows in found if rows.block and math.isfinite(rows.to_server)]
+        pairs = sorted((float(table_of(rows)[0, 0]), rows.to_server) for rows in known)
+        begins, offsets = np.array(pairs or [(0.0, 0.0)], float).T
+        own: Floats = np.asarray(table[:, 0], float)
+        on_server: Floats = np.asarray(own + np.interp(own, begins, offsets), float)
+        at = _since_first(on_server, own, at)
+    return people.get(number, str(number)), dict(zip(found[0].columns, table.T, strict=True)), at
+
+
+def _since_first(t: Floats, own: Floats, at: float) -> float:
+    """Return a time of the server's clock as the time since a user's first row [s].
+
+    Args:
+        t: Times of the rows on the server's clock, shape (n,) [s].
+        own: The same on the client's clock.
+        at: Time [s].
+
+    Raises:
+        SettingError: The user has no row of that time.
+    """
+    if not float(t[0]) <= at <= float(t[-1]):
+        limit = f"from 0 to {own[-1] - own[0]:.3f} s after the first row of this user,"
+        limit += f" or from {t[0]:.3f} to {t[-1]:.3f} s on the server's clock"
+        raise SettingError("--at", f"{at:g} s", limit)
+    return float(own[int(t.searchsorted(at, side="right")) - 1] - own[0])
 
 
 def _chosen(path: Path, user: str | None) -> tuple[Path, Recording]:

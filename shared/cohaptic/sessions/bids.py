@@ -2,29 +2,56 @@
 
 After the specification of BIDS 1.9, "Motion" (modality `motion`, tracking system `cohaptic`). Rows
 are not resampled: a channel LATENCY has the time of each row since the first, as the specification
-has it for samples that are not evenly spaced. Names of people are left out; `participants.tsv` has
-the numbers that they had in the room, and `scans.tsv` the Unix times by which runs are aligned.
+has it for samples that are not evenly spaced. `participants.tsv` has the names that people had in
+the room, and their numbers; `scans.tsv` has for each run the number, the Unix time by which runs
+are aligned, and the bound on the error of the clocks.
 """
 
 from __future__ import annotations
 
 import datetime
+import inspect
 import json
 import math
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from cohaptic.recording.why import ENTRIES, SPENT, TICK
 from cohaptic.sessions.tables import Session, Table, unit_of
+from cohaptic.status.row import COLUMNS, Row
 
 VERSION = "1.9.0"  # of BIDS
 LOOP_HZ = 1000.0  # nominal rate of a haptic loop [Hz]
 TASK, SYSTEM = "touch", "cohaptic"
 _HIDDEN = ("t", "user", "t_client")  # columns that no channel has
 _MISSING = "n/a"
+_FIELD = "field."  # begins the names of the columns that marks have of their own
+_PEOPLE: Mapping[str, Any] = {
+    "name": {"Description": "Name in the room; remove this column where it must not be known"},
+    "users": {"Description": "Numbers in the room, one for each visit, in order"},
+}
+_SCANS: Mapping[str, Any] = {
+    "acq_time": {"Description": "Time of the first row, in UTC"},
+    "user": {"Description": "Number in the room, which is that of the session file"},
+    "clock_error": {
+        "Description": "Largest bound on the error of the times, against those of other runs",
+        "Units": "s",
+    },
+}
+_EVENTS: Mapping[str, Any] = {
+    "onset": {"Description": "Time since the first row of the run", "Units": "s"},
+    "trial_type": {"Description": "`mark` for a mark, or the kind of an event"},
+    "value": {"Description": "Text of the mark or event; it may name people"},
+    "error": {
+        "Description": "Bound on the error of the mark's time that its sender knew",
+        "Units": "s",
+    },
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,12 +62,14 @@ class _Run:
         participant: Label of the person, as "01".
         number: Number of the visit among the person's own; 0 if there is one only.
         user: Number of the user in the room.
+        name: Name in the room.
         rows: Rows of the visit.
     """
 
     participant: str
     number: int
     user: int
+    name: str
     rows: Table
 
     @property
@@ -80,31 +109,38 @@ def write_bids(session: Session, folder: Path) -> None:
         },
     )
     (folder / "README").write_text(_README, encoding="utf-8")
-    labels = dict.fromkeys(run.participant for run in runs)
+    labels = {run.participant: run.name for run in runs}
     _write_tsv(
         folder / "participants.tsv",
-        ("participant_id", "users"),
+        ("participant_id", *_PEOPLE),
         [
-            (f"sub-{label}", ",".join(str(run.user) for run in runs if run.participant == label))
-            for label in labels
+            (
+                f"sub-{label}",
+                name,
+                ",".join(str(run.user) for run in runs if run.participant == label),
+            )
+            for label, name in labels.items()
         ],
     )
-    _write_json(
-        folder / "participants.json",
-        {"users": {"Description": "Numbers in the room, one for each visit, in order"}},
-    )
+    _write_json(folder / "participants.json", _PEOPLE)
     for run in runs:
         place = folder / f"sub-{run.participant}" / "motion"
         place.mkdir(parents=True, exist_ok=True)
         _write_run(session, run, place)
     for label in labels:
         scans = [
-            (f"motion/{run.motion}_motion.tsv", _wall(session, float(run.rows["t"].iloc[0])))
+            (
+                f"motion/{run.motion}_motion.tsv",
+                _wall(session, float(run.rows["t"].iloc[0])),
+                str(run.user),
+                _clock_error(session, run.user),
+            )
             for run in runs
             if run.participant == label
         ]
-        path = folder / f"sub-{label}" / f"sub-{label}_scans.tsv"
-        _write_tsv(path, ("filename", "acq_time"), scans)
+        path = folder / f"sub-{label}" / f"sub-{label}_scans"
+        _write_tsv(path.with_suffix(".tsv"), ("filename", *_SCANS), scans)
+        _write_json(path.with_suffix(".json"), _SCANS)
 
 
 def _runs(session: Session) -> list[_Run]:
@@ -114,10 +150,17 @@ def _runs(session: Session) -> list[_Run]:
         name = session.users.get(int(user), f"user {user}")
         visits.setdefault(name, []).append((int(user), rows))
     return [
-        _Run(f"{place:02d}", number if len(each) > 1 else 0, user, rows)
-        for place, each in enumerate(visits.values(), start=1)
+        _Run(f"{place:02d}", number if len(each) > 1 else 0, user, name, rows)
+        for place, (name, each) in enumerate(visits.items(), start=1)
         for number, (user, rows) in enumerate(each, start=1)
     ]
+
+
+def _clock_error(session: Session, user: int) -> str:
+    """Return the largest bound on the error of a user's clock [s], as a cell."""
+    links = session.links
+    errors = links["clock_error"][links["user"] == user].to_numpy(float)
+    return _value(float(errors.max())) if len(errors) else _MISSING
 
 
 def _write_run(session: Session, run: _Run, place: Path) -> None:
@@ -127,7 +170,8 @@ def _write_run(session: Session, run: _Run, place: Path) -> None:
     channels: list[tuple[str, ...]] = [
         ("latency", "n/a", "LATENCY", "n/a", "s", "n/a", "Time since the first row")
     ]
-    channels += [_channel(name) for name in names]
+    described = dict(_descriptions())
+    channels += [_channel(name, described) for name in names]
     motion = table[names].astype(float).replace([np.inf, -np.inf], np.nan)
     motion.insert(0, "latency", latency)
     motion.to_csv(
@@ -142,26 +186,53 @@ def _write_run(session: Session, run: _Run, place: Path) -> None:
     _write_json(
         place / f"{run.motion}_channels.json",
         {
+            "tracked_point": {
+                "Description": "What is tracked",
+                "Levels": {"tip": f"Tip of the device of user {run.user} ({run.name})"},
+            },
             "reference_frame": {
                 "Description": "Frame of the room, in which the object rests",
                 "Levels": {"room": {"RotationRule": "right-hand"}},
-            }
+            },
         },
     )
     _write_json(place / f"{run.motion}_motion.json", _sidecar(session, latency, channels))
     _write_events(session, run, place)
 
 
-def _channel(name: str) -> tuple[str, ...]:
+def _channel(name: str, described: Mapping[str, str]) -> tuple[str, ...]:
     """Return the row of a channel in `channels.tsv`."""
+    words = described.get(name)
+    if words is None and name.startswith("by_"):
+        words = f"What the rule `{name.removeprefix('by_')}` of another package added"
+    words = words or f"Column {name} of a row of cohaptic"
     if name in ("x", "y", "z"):
-        return (f"tip_{name}", name, "POS", "tip", "m", "room", "Position of the tip")
+        return (f"tip_{name}", name, "POS", "tip", "m", "room", words)
     if name in ("fx", "fy", "fz"):
         axis = name[1]
-        return (f"force_{axis}", axis, "MISC", "tip", "N", "room", "Force given to the hand")
+        return (f"force_{axis}", axis, "MISC", "tip", "N", "room", words)
     unit = unit_of(name)
-    return (name, "n/a", "MISC", "tip", "n/a" if unit == "1" else unit, "n/a",
-            f"Column {name} of a row of cohaptic")  # fmt: skip
+    return (name, "n/a", "MISC", "tip", "n/a" if unit == "1" else unit, "n/a", words)
+
+
+def _descriptions() -> Iterator[tuple[str, str]]:
+    """Yield columns of rows, each with what it is, as the text of `Row` has it.
+
+    Python without docstrings (`-OO`) has none.
+    """
+    text = inspect.getdoc(Row) or ""
+    fields = text.partition("Fields:\n")[2]
+    for part in re.split(r"\n(?= {4}\S)", fields):
+        names, _, words = " ".join(part.split()).partition(": ")
+        words = re.sub(r" \[[^]]*\]", "", words).rstrip(".")
+        first, _, last = names.partition(" ... ")
+        if last:  # of the rules of a ledger, each of which has words of its own, too
+            for name in COLUMNS[COLUMNS.index(first) : COLUMNS.index(last) + 1]:
+                rule = (ENTRIES | SPENT | TICK).get(name, "")
+                yield name, f"{words.partition('. ')[0]}. This: {rule}" if rule else words
+        else:
+            for name in names.split(", "):
+                yield name, words
 
 
 def _sidecar(session: Session, latency: Any, channels: Sequence[tuple[str, ...]]) -> dict[str, Any]:
@@ -191,24 +262,52 @@ def _sidecar(session: Session, latency: Any, channels: Sequence[tuple[str, ...]]
 def _write_events(session: Session, run: _Run, place: Path) -> None:
     """Write marks and events within a run, with their times since its first row."""
     first, last = float(run.rows["t"].iloc[0]), float(run.rows["t"].iloc[-1])
+    own = [name for name in session.marks.columns if name.startswith(_FIELD)]
+    empty = [_MISSING] * (1 + len(own))
     found = [
-        (float(t), kind, text)
-        for table, kinds in ((session.events, None), (session.marks, "mark"))
-        for t, kind, text in zip(
-            table["t"], [kinds] * len(table) if kinds else table["kind"], table["text"], strict=True
-        )
+        (float(t), kind, text, empty)
+        for t, kind, text in session.events[["t", "kind", "text"]].itertuples(index=False)
+    ]
+    found += [
+        (float(t), "mark", text, [_value(value) for value in more])
+        for t, text, *more in session.marks[["t", "text", "error", *own]].itertuples(index=False)
+    ]
+    rows = [
+        (f"{t - first:.6f}", "0", kind, text, *more)
+        for t, kind, text, more in sorted(found, key=lambda each: each[:3])
         if first <= t <= last
     ]
-    rows = [(f"{t - first:.6f}", "0", kind, text) for t, kind, text in sorted(found)]
+    columns = _columns_of(own)
     name = f"{run.stem}{run.run}_events"
-    _write_tsv(place / f"{name}.tsv", ("onset", "duration", "trial_type", "value"), rows)
-    _write_json(
-        place / f"{name}.json",
-        {
-            "trial_type": {"Description": "`mark` for a mark, or the kind of an event"},
-            "value": {"Description": "Text of the mark or event; it may name people"},
-        },
-    )
+    header = ("onset", "duration", "trial_type", "value", "error", *columns)
+    _write_tsv(place / f"{name}.tsv", header, rows)
+    fields = {
+        column: {"Description": f"Field `{field.removeprefix(_FIELD)}` of a mark"}
+        for column, field in columns.items()
+    }
+    _write_json(place / f"{name}.json", {**_EVENTS, **fields})
+
+
+def _columns_of(fields: Sequence[str]) -> dict[str, str]:
+    """Return fields of marks by columns, each with a name that a table can have once."""
+    found = dict[str, str]()
+    for field in fields:
+        name = _cell(field)
+        while name in found:
+            name += "_"
+        found[name] = field
+    return found
+
+
+def _value(value: Any) -> str:
+    """Return a value of a mark as a cell; whole numbers have no point, and nothing is n/a."""
+    if isinstance(value, str):
+        return value
+    if value is None or value != value:
+        return _MISSING
+    if isinstance(value, float):
+        return f"{value:.15g}"
+    return json.dumps(value.item() if isinstance(value, np.generic) else value)
 
 
 def _wall(session: Session, t: float) -> str:

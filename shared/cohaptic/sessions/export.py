@@ -14,10 +14,20 @@ from collections.abc import Generator, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from cohaptic.errors import OutputError, SettingError
+from cohaptic.errors import OutputError, SettingError, one_line
 from cohaptic.runtime.new_file import name_beside, real, write_new
 from cohaptic.sessions.bids import write_bids
-from cohaptic.sessions.tables import Progress, Session, Table, library, read_session
+from cohaptic.sessions.tables import (
+    CUT_SHORT,
+    DAMAGED,
+    ENTRIES_LOST,
+    ROWS_LOST,
+    Progress,
+    Session,
+    Table,
+    library,
+    read_session,
+)
 
 Form = Literal["parquet", "csv", "hdf5", "bids"]
 FORMS: tuple[Form, ...] = ("parquet", "csv", "hdf5", "bids")
@@ -49,6 +59,18 @@ def export_session(
             `out`, or a library is missing.
         OutputError: The files cannot be written; none of them remain.
     """
+    return export_and_tell(path, out, to, progress)[0]
+
+
+def export_and_tell(
+    path: Path | str, out: Path | str, to: Form, progress: Progress
+) -> tuple[Path, str]:
+    """Write a session as `export_session` does; return the path, and what `missing` says of it.
+
+    Raises:
+        SettingError: As for `export_session`.
+        OutputError: As for `export_session`.
+    """
     if to not in FORMS:
         raise SettingError("to", to, f"one of {', '.join(FORMS)}")
     path, out = Path(path), real(Path(out))
@@ -63,7 +85,7 @@ def export_session(
     if to == "hdf5":
         content = _hdf5(session)
         write_new(out, lambda file: file.write(content), overwrite=False)
-        return out
+        return out, missing(session)
     with _folder_beside(out) as folder:
         if to == "bids":
             write_bids(session, folder)
@@ -73,7 +95,24 @@ def export_session(
         if out.exists():
             raise SettingError("out", out, "a name that nothing has yet")
         folder.rename(out)
-    return out
+    return out, missing(session)
+
+
+def missing(session: Session) -> str:
+    """Return a sentence on what the file of a session lacks; empty if that is nothing."""
+    lost, found = session.lost, list[str]()
+    of_users = lost[lost["what"] == ROWS_LOST].groupby("user")["count"].sum()
+    for user, count in of_users.items():
+        found.append(f"{count} rows of {one_line(session.users.get(user, f'user {user}'))}")
+    if entries := lost[lost["what"] == ENTRIES_LOST]["count"].sum():
+        found.append(f"{entries} entries, for which the disk was too slow")
+    if damaged := (lost["what"] == DAMAGED).sum():
+        found.append("a damaged stretch" if damaged == 1 else f"{damaged} damaged stretches")
+    cut = lost[lost["what"] == CUT_SHORT]["t"]
+    if len(cut):
+        after = max(0.0, float(cut.iloc[0]) - session.info.t)
+        found.append(f"all from {after:.1f} s after its beginning on, since it was cut short")
+    return f"the file lacks {'; '.join(found)}" if found else ""
 
 
 @contextlib.contextmanager

@@ -243,6 +243,8 @@ def open_recorder(
         SettingError: The file exists, or cannot be made.
         OutputError: Its first bytes cannot be written.
     """
+    if not target:
+        raise SettingError(option, target, "the name of a file or of a folder")
     path = Path(target)
     if path.suffix == SUFFIX and not path.is_dir():
         return SessionRecorder(path, info, tell=tell, option=option, batch=batch)

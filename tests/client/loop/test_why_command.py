@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 from cohaptic.cli.app import main
+from cohaptic.sessions.entries import Joined
+from cohaptic.sessions.tables import read_session
 from cohaptic.vec import scale
 from cohaptic_client.loop.added import Contact, with_rules
 from tests.client.loop.staged import Stage
 from tests.client.loop.test_added import OwnHand
+from tests.shared.sessions.made import T, rows, write
 
 
 def run(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[object, str]:
@@ -101,3 +104,39 @@ def test_a_recording_without_a_ledger_is_refused_and_one_that_lacks_a_rule_says_
     code, reported = run(capsys, without("by_a_rule_with_a_long_name"), "--at", 1.7)
     assert code == 0
     assert "-1.00 N are in no column of this recording" in " ".join(reported.split())
+
+
+def drifting(path: Path) -> Path:
+    """A session of one second; its client's clock gets another offset from block to block."""
+    blocks = [rows(T + 0.2 + i / 10, 100, to_server=40.0 - 0.001 * i) for i in range(8)]
+    return write(path, [Joined(T, 1, "ann", {}, 8.0), *blocks])
+
+
+def test_a_time_above_the_length_of_a_session_is_one_of_its_tables(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = drifting(tmp_path / "x.mcap")
+    table = read_session(path).rows
+    for place in (0, 1, 250, 799):
+        own = table["t_client"][place] - table["t_client"][0]
+        code, said = run(capsys, path, "--user", "ann", "--at", repr(float(table["t"][place])))
+        assert code == 0
+        assert said.startswith(f"ann, {own:.3f} s after the beginning:")
+    code, said = run(capsys, path, "--user", "ann", "--at", T + 50.0)
+    assert code == 2
+    limit = "from 0 to 0.806 s after the first row of this user, or from 100.200 to 100.999 s on"
+    assert limit in " ".join(said.split())
+
+
+def test_a_folder_with_one_session_and_no_recordings_is_that_session(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = drifting(tmp_path / "x.mcap")
+    code, said = run(capsys, tmp_path, "--user", "ann", "--at", 0.5)
+    assert code == 0
+    assert said.startswith("ann, 0.500 s after the beginning:")
+    assert f"the session is {path}" in said
+    drifting(tmp_path / "y.mcap")
+    code, said = run(capsys, tmp_path, "--user", "ann", "--at", 0.5)
+    assert code == 2
+    assert "a folder with one session file, not x.mcap, y.mcap" in said

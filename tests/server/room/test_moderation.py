@@ -12,6 +12,7 @@ from cohaptic.protocol.messages import Mark, Restraints
 from cohaptic.protocol.version import SUBPROTOCOL
 from cohaptic.protocol.watch_messages import Moderate
 from cohaptic.protocol.watch_messages import decode_watch_control as _decode
+from cohaptic_server.access.admission import Admission
 from cohaptic_server.access.keys import Grants
 from cohaptic_server.bodies.balloon.balloon import Balloon
 from cohaptic_server.room.moderation import FROZEN_ALONE, KICKED_FOR
@@ -304,6 +305,19 @@ def test_a_recording_needs_a_grant_and_a_folder(
     assert not watching(guest).can_record
     assert ordered(there, guest, action=action).recordings == []
     assert why in refused(guest, CloseCode.FORBIDDEN)
+
+
+@pytest.mark.parametrize("folder", ["", "folder"])
+def test_who_gave_no_token_is_told_so_and_the_ways_to_a_recording(
+    folder: str, small_balloon: Balloon
+) -> None:
+    there = session_host(small_balloon, Admission(), recordings=folder)
+    guest = say(there, watch())
+    assert ordered(there, guest, action="record").recordings == []
+    said = refused(guest, CloseCode.FORBIDDEN)
+    for words in ("needs a token", "roomRecord", "--record", "cohaptic.record("):
+        assert words in said
+    assert "invitation" not in said
 
 
 def test_who_watches_sets_marks_only_where_it_may_touch(small_balloon: Balloon) -> None:

@@ -6,9 +6,10 @@ import pytest
 
 from cohaptic.cli.app import main
 from cohaptic.cli.export import To, beside, told
+from cohaptic.sessions.entries import Ticked
 from cohaptic.sessions.export import FORMS
 from cohaptic.sessions.tables import library
-from tests.shared.sessions.made import session, write
+from tests.shared.sessions.made import T, session, write
 
 library("h5py")  # which starts a process when it is first imported
 
@@ -30,7 +31,9 @@ def test_a_session_is_written_beside_its_file(
 ) -> None:
     file = write(tmp_path / "lab.mcap", session(1.0))
     made = beside(file, to)
-    assert run(capsys, str(file), "--to", to.value) == (0, f"written to {made}\n")
+    lacks = "the file lacks 17 rows of u2; 3 entries, for which the disk was too slow"
+    words = f"written to {made}\ncohaptic: {lacks}\n"
+    assert run(capsys, str(file), "--to", to.value) == (0, words)
     assert made.exists()
     code, words = run(capsys, str(file), "--to", to.value)
     assert code == 2
@@ -54,6 +57,33 @@ def test_the_place_can_be_named_and_errors_are_words(
         assert code in (1, 2)
         assert said in text
         assert "Traceback" not in text
+
+
+def test_a_file_that_was_cut_short_is_told_and_one_that_is_whole_is_not(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = write(tmp_path / "lab.mcap", [Ticked(T, 1), Ticked(T + 2.5, 2)])
+    assert run(capsys, str(file)) == (0, f"written to {tmp_path / 'lab-parquet'}\n")
+    file.write_bytes(file.read_bytes()[:-9])
+    code, words = run(capsys, str(file), "--out", str(tmp_path / "cut"))
+    assert code == 0
+    said = "the file lacks all from 2.5 s after its beginning on, since it was cut short"
+    assert words.splitlines()[1:] == [f"cohaptic: {said}"]
+
+
+def test_a_folder_with_one_session_is_that_session(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "s01").mkdir()
+    file = write(tmp_path / "s01" / "a.mcap", [])
+    code, words = run(capsys, str(tmp_path / "s01"), "--to", "csv")
+    assert code == 0
+    assert f"cohaptic: the session is {file}\n" in words
+    assert f"written to {tmp_path / 's01' / 'a-csv'}\n" in words
+    write(tmp_path / "s01" / "b.mcap", [])
+    code, words = run(capsys, str(tmp_path / "s01"))
+    assert code == 2
+    assert "or a folder with one session file, not a.mcap, b.mcap" in words
 
 
 class Clock:

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import json
-import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -12,9 +11,12 @@ import pytest
 
 from cohaptic import export_session, read_session
 from cohaptic.errors import OutputError, SettingError
-from cohaptic.sessions.entries import Joined, Mark, Written
+from cohaptic.recording.why import ENTRIES
+from cohaptic.sessions.bids import write_bids
+from cohaptic.sessions.entries import Joined, Link, Mark, Written
 from cohaptic.sessions.export import FORMS, TABLES, Form
 from cohaptic.sessions.tables import library
+from cohaptic.status.row import COLUMNS
 from tests.shared.sessions.made import T, rows, session, write
 from tests.small_disk import small_disk
 
@@ -87,11 +89,14 @@ def test_an_hdf5_file_holds_the_tables_with_units(path: Path, tmp_path: Path) ->
 
 
 def returning(path: Path) -> Path:
-    """Ann comes twice, and Bob once; a mark falls into Ann's second visit."""
+    """Ann comes twice, and Bob once; two marks fall into Ann's second visit."""
     entries: list[Written] = [
         Joined(T, 1, "ann", {}, 10.0), Joined(T, 2, "bob", {}, 10.0), rows(T, 400, 1),
         rows(T + 0.1, 1000, 2), Joined(T + 0.6, 3, "ann", {}, 10.0), rows(T + 0.7, 300, 3),
-        Mark(T + 0.8, "go\tnow", {}),
+        Mark(T + 0.8, "go\tnow", {"trial": 3, "side": "left"}, error=0.002),
+        Mark(T + 0.9, "stop", {"valid": True}),
+        Link(T + 0.1, 1, 0.02, 0.001, 40.0, 1e-4), Link(T + 0.3, 1, 0.02, 0.001, 40.0, 3e-4),
+        Link(T + 0.8, 3, 0.02, 0.001, 40.0, 2e-4),
     ]  # fmt: skip
     return write(path, sorted(entries, key=lambda entry: entry.t))
 
@@ -104,7 +109,7 @@ def test_a_bids_data_set_has_a_participant_for_each_person(tmp_path: Path) -> No
     assert names == sorted(
         [
             "README", "dataset_description.json", "participants.json", "participants.tsv",
-            "sub-01/sub-01_scans.tsv", "sub-02/sub-02_scans.tsv",
+            *(f"sub-{n}/sub-{n}_scans.{k}" for n in ("01", "02") for k in ("tsv", "json")),
             *(f"sub-01/motion/{ann}_tracksys-cohaptic_run-0{n}_{k}" for n in (1, 2) for k in kinds),
             *(f"sub-01/motion/{ann}_run-0{n}_events.{k}" for n in (1, 2) for k in ("tsv", "json")),
             *(f"sub-02/motion/{bob}_tracksys-cohaptic_{k}" for k in kinds),
@@ -112,9 +117,63 @@ def test_a_bids_data_set_has_a_participant_for_each_person(tmp_path: Path) -> No
         ]
     )  # fmt: skip
     people = pd.read_csv(out / "participants.tsv", sep="\t", dtype=str)
-    assert people.to_numpy().tolist() == [["sub-01", "1,3"], ["sub-02", "2"]]
-    every = "".join(each.read_text() for each in out.rglob("*.json"))
-    assert not re.search(r"\b(ann|bob)\b", every)
+    assert list(people.columns) == ["participant_id", "name", "users"]
+    assert people.to_numpy().tolist() == [["sub-01", "ann", "1,3"], ["sub-02", "bob", "2"]]
+
+
+def test_each_run_of_a_bids_data_set_has_its_user_and_the_error_of_its_clock(
+    tmp_path: Path,
+) -> None:
+    out = export_session(returning(tmp_path / "x.mcap"), tmp_path / "out", "bids")
+    scans = [
+        pd.read_csv(out / f"sub-0{n}" / f"sub-0{n}_scans.tsv", sep="\t", keep_default_na=False)
+        for n in (1, 2)
+    ]
+    found = [each[["user", "clock_error"]].astype(str).to_numpy().tolist() for each in scans]
+    assert found == [[["1", "0.0003"], ["3", "0.0002"]], [["2", "n/a"]]]
+    tracked = {
+        each["tracked_point"]["Levels"]["tip"]
+        for each in map(json.loads, (p.read_text() for p in out.rglob("*_channels.json")))
+    }
+    assert tracked == {
+        f"Tip of the device of user {who}" for who in ("1 (ann)", "2 (bob)", "3 (ann)")
+    }
+
+
+def test_every_column_of_a_bids_table_is_described_beside_it(tmp_path: Path) -> None:
+    out = export_session(returning(tmp_path / "x.mcap"), tmp_path / "out", "bids")
+    known = {"participant_id", "filename", "duration"}  # as the specification has them
+    tables = [p for kind in ("participants", "scans", "events") for p in out.rglob(f"*{kind}.tsv")]
+    assert len(tables) == 6
+    for table in tables:
+        names = table.read_text().splitlines()[0].split("\t")
+        assert len(set(names)) == len(names)
+        assert set(json.loads(table.with_suffix(".json").read_text())) == set(names) - known
+
+
+def test_names_of_fields_that_no_table_can_have_become_ones_that_it_can(tmp_path: Path) -> None:
+    fields = {"": 1, "a b": 2.5, "a\tb": None, "c": [1, {"d": False}]}
+    path = write(tmp_path / "x.mcap", [rows(T, 400), Mark(T + 0.1, "go", fields)])
+    folder = tmp_path / "out"
+    folder.mkdir()
+    write_bids(read_session(path), folder)
+    [events] = folder.rglob("*_events.tsv")
+    lines = [line.split("\t") for line in events.read_text().splitlines()]
+    assert lines[0][4:] == ["error", "field.", "field.a b", "field.a b_", "field.c"]
+    assert lines[1][4:] == ["n/a", "1", "2.5", "n/a", '[1, {"d": false}]']
+
+
+def test_channels_are_described_as_a_row_describes_them(tmp_path: Path) -> None:
+    columns = tuple("by_hunt" if name == "by_rule_1" else name for name in COLUMNS)
+    path = write(tmp_path / "x.mcap", [rows(T, 10, columns=columns)])
+    out = export_session(path, tmp_path / "out", "bids")
+    [channels] = out.rglob("*_channels.tsv")
+    table = pd.read_csv(channels, sep="\t", keep_default_na=False).set_index("name")["description"]
+    assert not any("of a row of cohaptic" in words for words in table)
+    assert table["tip_x"] == "Position of the probe"
+    assert table["wanted"] == "Normal force that the law computed, before the safety layer"
+    assert table["by_law"].endswith("its size. This: " + ENTRIES["by_law"])
+    assert table["by_hunt"] == "What the rule `hunt` of another package added"
 
 
 def test_motion_of_a_bids_data_set_is_what_its_channels_and_metadata_say(tmp_path: Path) -> None:
@@ -140,10 +199,15 @@ def test_motion_of_a_bids_data_set_is_what_its_channels_and_metadata_say(tmp_pat
     places = channels.set_index("name")
     assert tuple(places.loc["tip_y", ["component", "type", "units"]]) == ("y", "POS", "m")
     assert tuple(places.loc["force_z", ["component", "type", "units"]]) == ("z", "MISC", "N")
-    events = pd.read_csv(out / "sub-01/motion/sub-01_task-touch_run-02_events.tsv", sep="\t")
-    assert events.to_numpy().tolist() == [[pytest.approx(0.1), 0, "mark", "go now"]]
+    events = (out / "sub-01/motion/sub-01_task-touch_run-02_events.tsv").read_text()
+    assert [line.split("\t") for line in events.splitlines()] == [
+        ["onset", "duration", "trial_type", "value", "error", "field.trial", "field.side",
+         "field.valid"],
+        ["0.100000", "0", "mark", "go now", "0.002", "3", "left", "n/a"],
+        ["0.200000", "0", "mark", "stop", "n/a", "n/a", "n/a", "true"],
+    ]  # fmt: skip
     scans = pd.read_csv(out / "sub-01" / "sub-01_scans.tsv", sep="\t")
-    for name, when in scans.to_numpy().tolist():
+    for name, when, *_ in scans.to_numpy().tolist():
         assert (out / "sub-01" / name).is_file()
         assert when.startswith("2027-01-15T08:01:40.")
     assert scans["acq_time"].iloc[1].endswith("40.700000Z")
