@@ -1,7 +1,7 @@
 """A body with its touch mesh, from which mesh patches are cut, and a table of vertex compliances.
 
-Touch mesh and table are computed on first use and at most once: the table may take a minute, and a
-room without mesh patches does not need the table.
+Touch mesh and table are computed on first use and at most once: the table takes one response of the
+body for each vertex of the touch mesh, and a room without mesh patches does not need it.
 
 Compiled loops choose the window of a patch: the vertices round a contact that the patch needs.
 """
@@ -16,9 +16,10 @@ import numpy as np
 
 from cohaptic.errors import BodyError
 from cohaptic.protocol.patch import MAX_COMPLIANCE
-from cohaptic_server.bodies.body import Body, Load, Prefetching, Swings
+from cohaptic_server.bodies.body import Body, Prefetching, Swings
+from cohaptic_server.bodies.vertex_presses import presses_at
 from cohaptic_server.mesh.search.window_vertices import WindowVertices
-from cohaptic_server.mesh.surface import SurfaceMesh, pressure
+from cohaptic_server.mesh.surface import SurfaceMesh
 from cohaptic_server.mesh.touch_mesh import APART, TouchMesh, thinned
 from cohaptic_server.numeric import Floats, Ints
 
@@ -105,39 +106,39 @@ class TouchedBody:
 
     @cached_property
     def touch_compliance(self) -> Floats:
-        """Compliance at the vertices of the touch mesh, within the protocol's range, (t,) [m/N]."""
-        return np.minimum(self.vertex_compliance[self.mesh.vertices], MAX_COMPLIANCE)
-
-    @cached_property
-    def vertex_compliance(self) -> Floats:
-        """Compliance of a contact centred at each vertex of the whole surface, shape (n,) [m/N].
+        """Compliance at the vertices of the touch mesh, within the protocol's range, (t,) [m/N].
 
         The table is that of the body at rest; the client scales it by the compliance `c_ii` at the
         contact of each patch.
         """
-        return vertex_compliance(self.body)
+        return np.minimum(vertex_compliance(self.body, self.mesh.vertices), MAX_COMPLIANCE)
 
 
-def vertex_compliance(body: Body) -> Floats:
-    """Return the compliance of a contact at each vertex along its normal, shape (n,) [m/N].
+def vertex_compliance(body: Body, vertices: Ints | None = None) -> Floats:
+    """Return the compliance of a contact at some vertices along their normals, shape (k,) [m/N].
 
     This is the diagonal entry C_ii of the compliance matrix for a contact centred at the vertex; 0
-    means that the vertex is fixed. A `Surveyed` body's own table is returned unchanged.
+    means that the vertex is fixed. The table of a `Surveyed` body is its own; any other body
+    responds once for each vertex.
+
+    Args:
+        body: Body at rest.
+        vertices: Vertices to press, shape (k,); None for all.
 
     Raises:
         BodyError: A press moves the surface under it outwards.
     """
     if isinstance(body, Surveyed):
-        return body.vertex_compliance()
-    mesh = body.mesh
-    table = np.empty(len(mesh.vertices))
-    for k, (at, normal) in enumerate(zip(mesh.vertices, mesh.normals, strict=True)):
-        load = Load(*pressure(mesh, at, body.contact_radius, normal), -normal, 0.0)
-        table[k] = body.respond([load]).compliance[0, 0]
+        whole = body.vertex_compliance()
+        return whole if vertices is None else whole[vertices]
+    if vertices is None:
+        vertices = np.arange(len(body.mesh.vertices))
+    presses = presses_at(body.mesh, vertices, body.contact_radius)
+    table = np.array([float(body.respond([load]).compliance[0, 0]) for load in presses])
     worst = int(table.argmin())
     if table[worst] < -_ROUNDING * table.max():
         raise BodyError(
-            f"{body.name}: C_ii of a press at vertex {worst} is {table[worst]:.3g} m/N; that of an"
-            " elastic body is not negative"
+            f"{body.name}: C_ii of a press at vertex {vertices[worst]} is {table[worst]:.3g} m/N;"
+            " that of an elastic body is not negative"
         )
-    return np.maximum(0.0, table)
+    return np.asarray(np.maximum(0.0, table))

@@ -8,6 +8,7 @@ Terms:
     law: Function that asserts one property of every elastic body; its docstring states it.
 """
 
-from cohaptic_server.testing.check_body import BrokenLawError, check_body
+from cohaptic_server.testing.body_form import BrokenLawError
+from cohaptic_server.testing.check_body import check_body
 
 __all__ = ["BrokenLawError", "check_body"]

@@ -10,9 +10,10 @@ superpose and to remember nothing. A damped body, whose `linear` is False, may s
 The checks apply loads at a few compliant vertices, and compare the depths of these contacts in the
 first tick and in the steady state.
 
-Each law is a function that asserts the law; an error names the broken law. The laws are those
-invariants of science 3.6 that can be checked through the `Body` Protocol, and those properties of a
-body on which the control laws of science 3.1 and 3.3 rely.
+Each law is a function that asserts the law; an error names the broken law. Before them come
+the checks of `body_form.py`. The laws are those invariants of science 3.6 that can be checked
+through the `Body` Protocol, and those properties of a body on which the control laws of science 3.1
+and 3.3 rely.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from cohaptic_server.bodies.body import Body, Load, Response
 from cohaptic_server.bodies.touched_body import Surveyed
 from cohaptic_server.mesh.surface import pressure, spread_over
 from cohaptic_server.numeric import Floats
+from cohaptic_server.testing.body_form import FORMS, BrokenLawError, keep
 
 _CANDIDATES = 40  # vertices spread over the surface that are tried as contacts
 _SOFT = 0.05  # least compliance of a contact over that of the softest candidate
@@ -410,21 +412,8 @@ _CONTACTS = 3
 _DENT = 0.15  # depth of a load over the contact radius: past small strains of a nonlinear body
 
 
-class BrokenLawError(AssertionError):
-    """A body breaks a law.
-
-    Args:
-        law: Name of the law.
-        reason: Observation that contradicts the law.
-    """
-
-    def __init__(self, law: str, reason: object) -> None:
-        super().__init__(f"{law}: {reason}")
-        self.law = law
-
-
 def check_body(body: Body, *, linear: bool | None = None) -> None:
-    """Check that a body obeys the laws of elasticity.
+    """Check that a body has the form of one, and that it obeys the laws of elasticity.
 
     Args:
         body: Any implementation of the `Body` Protocol, also a viscous one.
@@ -432,9 +421,10 @@ def check_body(body: Body, *, linear: bool | None = None) -> None:
 
     Raises:
         BrokenLawError: The body breaks a law.
+        ValueError: The body has too few vertices that are compliant enough.
     """
-    if not isinstance(getattr(body, "linear", None), bool):
-        raise BrokenLawError("says_whether_it_is_linear", "it has no attribute `linear: bool`")
+    for form in FORMS:
+        keep(form, body)
     if linear is None:
         linear = body.linear
     at_rest = soft_contacts(body, _CONTACTS)
@@ -446,9 +436,4 @@ def check_body(body: Body, *, linear: bool | None = None) -> None:
     scale = float((np.abs(C) @ forces).max())
     subject = Subject(body, linear, pressed(at_rest, forces), forces, scale)
     for law in LAWS if linear else (law for law in LAWS if law not in LINEAR_LAWS):
-        try:
-            law(subject)
-        except BrokenLawError:
-            raise
-        except AssertionError as error:
-            raise BrokenLawError(law.__name__, error) from error
+        keep(law, subject)

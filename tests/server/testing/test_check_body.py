@@ -13,9 +13,9 @@ from cohaptic_server.bodies.solid.shape import SolidSettings
 from cohaptic_server.bodies.solid.solid import Solid
 from cohaptic_server.bodies.spring import Spring
 from cohaptic_server.bodies.viscous import Viscous
-from cohaptic_server.testing import check_body
+from cohaptic_server.testing import BrokenLawError, check_body
 from cohaptic_server.testing.blocks import block
-from cohaptic_server.testing.check_body import LAWS, BrokenLawError
+from cohaptic_server.testing.check_body import LAWS
 from tests.server.testing.broken_bodies import BALLOON, BROKEN, Changed, unchanged
 
 SMALL = BalloonSettings(subdivisions=2, contact_radius=0.03)
