@@ -19,16 +19,17 @@ with contextlib.ExitStack() as stack:
         url = sys.argv[1]
     else:
         url = stack.enter_context(serve("balloon", port=0)).url
-    hand = stack.enter_context(joined(url, name="ann"))
+    # A tip begins outside the body, on the side where it is to press: it moves in straight lines.
+    hand = stack.enter_context(joined(url, name="ann", tip=(0.0, 0.0, 0.12)))
 
     x, y, z = hand.body.center
-    surface = x + hand.body.radius  # the hand is at the right of the body
-    hand.tip = (surface + 0.01, y, z)
-    time.sleep(0.5)
-    hand.move_to((surface - 0.01, y, z), seconds=1.0)  # 1 cm into the body
+    top = z + hand.body.radius
+    time.sleep(1.0)  # a hand that has just come gets its force within a second
+    hand.move_to((x, y, top - 0.01), seconds=1.0)  # 1 cm into the body; does not wait
     for _ in range(4):
         time.sleep(0.5)
-        print(f"tip {1e3 * hand.tip[0]:6.1f} mm   force {hand.force[0]:5.2f} N")
+        print(f"tip {1e3 * hand.tip[2]:6.1f} mm   force {hand.force[2]:5.2f} N")
+    print(f"{hand.sample.felt_from_others:.2f} N of it since others touch")
 
     print(f"K_o {hand.patch.k_o:.0f} N/m, others {[other.name for other in hand.others]}")
     print(hand.why.sentence)

@@ -37,6 +37,9 @@ class Wand:
     def write(self, force: Vector) -> None:
         """Give `force` [N] to the hand; a wand in the air has no motors."""
 
+    def close(self) -> None:
+        """Let the hardware go, if there is something to let go; this method may be missing."""
+
 
 with serve("balloon", port=0) as room, joined(room.url, name="wand", device=Wand) as hand:
     for _ in range(8):

@@ -92,6 +92,8 @@ class Client:
         self._silences = FaultNews()
         # Late forces do not matter to a hand that is no person's: no news of the scheduling.
         self._scheduling_reported = not device_info(settings.device).held
+        # Why the last connection has ended, or none came about.
+        self._refused: CohapticError | None = None
         self._leaving = False  # whether this client ends, so that a lost connection is not reported
         self.hears: Callable[[], bool] = lambda: True
 
@@ -99,7 +101,7 @@ class Client:
         """Touch until this call is cancelled, the duration is over, or the server is lost for good.
 
         Raises:
-            ServerLost: No server answered within the settings' patience.
+            ServerLost: No server answered within the settings' patience, or their duration.
             Refused: The server refused this client.
             DeviceError: The device cannot be opened, or is gone.
         """
@@ -110,6 +112,8 @@ class Client:
             )
             for task in done:
                 task.result()
+            if not done and self._refused is not None and self.body is None:
+                raise self._refused
         finally:
             # The connection stays open while the force fades, so that the server hears of it.
             self._leaving = True
@@ -298,6 +302,7 @@ class Client:
                 error = refused
             if self._leaving:
                 return
+            self._refused = error
             if self.clock.now() >= until:
                 raise lost or error
             if str(error) != sentence:

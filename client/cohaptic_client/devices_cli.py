@@ -9,11 +9,11 @@ import typer
 
 from cohaptic.cli.app import ChapterCommand
 from cohaptic.clock import SystemClock
-from cohaptic.errors import SettingError
+from cohaptic.errors import CohapticError, SettingError
 from cohaptic.simulated.hand import Hand
 from cohaptic.vec import ZERO
 from cohaptic_client.devices.catalogue import device_kind, names, open_device, read_device, search
-from cohaptic_client.devices.kind import DeviceConfig
+from cohaptic_client.devices.kind import DeviceConfig, nothing_found
 from cohaptic_client.devices.pulse import pulse, verdict
 
 _Device = Annotated[
@@ -38,6 +38,14 @@ def listed(context: typer.Context) -> None:
         typer.echo(f"--device {each.choice}    {each.where}{trouble}")
     if not found:
         typer.echo("no device was found; `cohaptic doctor` says where it has looked")
+    for name in names():
+        try:
+            sought = device_kind(name).find is not nothing_found
+        except CohapticError as error:  # of a package that somebody else has written
+            typer.echo(str(error))
+            continue
+        if not sought and name != "simulated":
+            typer.echo(f"--device {name}    is not looked for: choose it where it is there")
     typer.echo("--device simulated    always there")
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cohaptic.errors import CohapticError, ServerLost, SettingError
@@ -16,7 +17,7 @@ from cohaptic.protocol.messages import BodyInfo
 from cohaptic.protocol.patch import Patch
 from cohaptic.status.report import TouchStatus
 from cohaptic.status.row import ROW, Row, columns_with, rows_in
-from cohaptic.vec import Vec3
+from cohaptic.vec import Vec3, add, dot, norm, scale, sub
 from cohaptic_client.client import RETRY, Client
 from cohaptic_client.devices.scripted import SCRIPTED
 from cohaptic_client.loop.added import reasons_of
@@ -36,6 +37,12 @@ log = logging.getLogger("cohaptic.hand")
 _WAITING: Final = 60.0
 _EVENTS: Final = 1000  # that may wait; a full room says a dozen when it comes together
 _READY: Final = 0.01  # s between looks whether the loop has begun
+# Share of the radius within which a straight way counts as through the body: a body is no ball.
+_INSIDE: Final = 0.9
+_THROUGH: Final = (
+    "the straight way of the tip goes through the body, which pushes it with all its force; lead it"
+    " round by further points, or begin on the other side with tip="
+)
 _TROUBLE: Final = {"fault", "device", "server", "machine"}
 
 
@@ -168,7 +175,21 @@ class LiveHand:
         x, y, z = (float(value) for value in point)  # of any sequence, such as an array
         if not all(map(math.isfinite, (x, y, z, seconds))) or seconds < 0.0:
             raise SettingError("tip", (x, y, z, seconds), "finite numbers, and a time from 0 s")
+        self._warn_of_way((x, y, z))
         self._client.move_to((x, y, z), seconds)
+
+    def _warn_of_way(self, end: Vec3) -> None:
+        """Say so if the straight way from outside the body to outside goes through it."""
+        row, body = self._client.row, self._client.body
+        if row is None or body is None:
+            return
+        center, begin = body.center, row.tip
+        way = sub(end, begin)
+        share = min(1.0, max(0.0, dot(sub(center, begin), way) / max(dot(way, way), 1e-12)))
+        nearest = norm(sub(add(begin, scale(way, share)), center))
+        ends = min(norm(sub(begin, center)), norm(sub(end, center)))
+        if nearest < _INSIDE * body.radius and ends >= body.radius:
+            self._tell(News("device", _THROUGH))
 
     @property
     def force(self) -> Vec3:
@@ -210,7 +231,7 @@ class LiveHand:
             name: np.array([value])
             for name, value in zip(columns_with(list(rules)), row, strict=True)
         }
-        return why(columns, 0.0, rules)
+        return replace(why(columns, 0.0, rules), t=row.t)
 
     @property
     def status(self) -> TouchStatus:

@@ -23,6 +23,7 @@ from cohaptic.control.mesh_surface import Surface
 from cohaptic.protocol.patch import Patch
 from cohaptic.protocol.rest_mesh import RestMesh
 from cohaptic.status.quantiles import Tally
+from cohaptic.status.reason import STALLED
 from cohaptic.vec import ZERO, Vec3
 from cohaptic_client.devices.device import Device, DeviceSample
 from cohaptic_client.loop.added import RuleChoice, chain_with
@@ -167,10 +168,11 @@ class HapticLoop:
         self._started = self._clock.now()
         self._heard = self._started
         self._ends = math.inf
-        self._reported_fault = ""
+        self._reported_fault = self._slow = ""
         self._faults, self._last_fault = 0, ""
         self._heard_device = True
         self._acknowledged = 0
+        self._took = 0.0  # by the last period [s]
         self.orphaned = False
         self.interrupted = ""
         self.written: Vec3 = ZERO
@@ -199,10 +201,11 @@ class HapticLoop:
             statistics.periods += 1
             missed = int(late / period)
             due += missed * period
+            self._took = clock.now() - now
             if now >= warm:
                 statistics.missed += missed
                 statistics.late.add(late)
-                statistics.cost.add(clock.now() - now)
+                statistics.cost.add(self._took)
         self._report(clock.now())
 
     def _period(self, now: float, late: float, keep_row: bool) -> None:
@@ -232,7 +235,8 @@ class HapticLoop:
         faded = self._ends < math.inf and period.force == ZERO
         if faded:
             self._ends = -math.inf
-        self._publish(sample, period, now)
+        # The place that was used: what is no place is no matter for the server.
+        self._publish(period.sample, period, now)
         if self._every_row or keep_row or faded:
             self._memory.rows.append(row_of(self._state, sample, period, now, late))
 
@@ -268,9 +272,16 @@ class HapticLoop:
 
     def _report(self, now: float) -> None:
         statistics, safety = self.statistics, self._state.safety
-        if safety.fault and safety.fault != self._reported_fault:
-            self._faults, self._last_fault = self._faults + 1, safety.fault
-        self._reported_fault = safety.fault
+        fault = safety.fault
+        if fault and fault != self._reported_fault:
+            if safety.cause == STALLED and self._took > self._limits.stall:
+                name, took = self._device.info.name, 1e3 * self._took
+                self._slow = f", since read or write of {name} took {took:.0f} ms"
+            else:
+                self._slow = ""
+            self._faults, self._last_fault = self._faults + 1, fault + self._slow
+        self._reported_fault = fault
+        fault += self._slow if fault else ""
         self._memory.status.write(
             status_json(
                 loop_hz=statistics.periods / max(1e-9, now - self._started),
@@ -282,7 +293,7 @@ class HapticLoop:
                 missed=statistics.missed,
                 wavers=self._state.playout.wavers,
                 mode=safety.mode.value,
-                fault=safety.fault,
+                fault=fault,
                 faults=self._faults,
                 last_fault=self._last_fault,
                 device_silent=not self._heard_device,
