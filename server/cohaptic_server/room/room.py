@@ -318,8 +318,10 @@ class Room:
             but: Numbers of users whose names do not count.
         """
         others = [m.hello.name for m in self.members.values() if m.user not in but]
-        if any(looks_like(name, other) for other in others):
-            limit = f"one that looks like none of those taken: {', '.join(sorted(others))}"
+        taken = next((other for other in others if looks_like(name, other)), None)
+        if taken is not None:
+            too = "" if taken == name else ", and looks like it"
+            limit = f"another one: {taken} is taken{too} (taken: {', '.join(sorted(others))})"
             raise RemoteProtocolError("name", name, limit, CloseCode.NAME_TAKEN)
 
     def _replace(self, member: Member, now: float) -> UserLeft:

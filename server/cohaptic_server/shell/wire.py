@@ -380,6 +380,10 @@ class Wire(ServerConnection):
             self.transport.abort()
 
 
+# Of a peer that goes, also without a word.
+_USUAL = (StandardCode.NORMAL_CLOSURE, StandardCode.GOING_AWAY)
+
+
 def last_words(closed: ConnectionClosed) -> tuple[bool, str]:
     """Return whether the peer itself closed the connection, and the reason of the close.
 
@@ -389,7 +393,8 @@ def last_words(closed: ConnectionClosed) -> tuple[bool, str]:
     """
     rcvd, sent = closed.rcvd, closed.sent
     if rcvd is not None and closed.rcvd_then_sent is not False:
-        return True, one_line(rcvd.reason)
+        usual = "closed" if rcvd.code in _USUAL else ""
+        return True, one_line(rcvd.reason) or usual
     # The peer's answer to a close of our own says nothing about the reason.
     if sent is None or sent.code == StandardCode.INTERNAL_ERROR:
         return False, ""

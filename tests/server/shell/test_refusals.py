@@ -184,7 +184,7 @@ def test_another_version_is_accepted_to_be_told(stage: Stage) -> None:
             hello_text("steady"),
             None,
             CloseCode.NAME_TAKEN.value,
-            "looks like none of those taken: steady",
+            "another one: steady is taken",
             id="name taken",
         ),
         pytest.param(

@@ -61,7 +61,7 @@ def test_a_name_that_looks_like_anothers_is_taken_wherever_that_one_is(
     # By changing its name nobody gets it either.
     bob = join(there, "bob")
     say(there, bob, encode_control(SetName(name=other)))
-    assert "looks like none" in news(bob)[-1].reason
+    assert "ann is taken" in news(bob)[-1].reason
     # Nor where it waits, or was a moment ago.
     before, _ = full(small_balloon)
     wait(before, "ann", key="a" * 16)

@@ -68,7 +68,7 @@ def test_a_name_of_another_stays_its_own_and_nobody_is_put_out_for_asking(
     wait(there, "waits")
     there.room_admission.removed.add(bob.guest, "banned", "elsewhere", 0.0, 1e9, ban=True)
     for name, why in (
-        ("user1", "looks like none of those taken"),
+        ("user1", "is taken"),
         ("waits", "waits for a seat"),
         ("banned", "banned"),
     ):
