@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import math
+import socket
+import threading
 from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import pairwise
 
 import pytest
 
 from cohaptic.errors import CohapticError, DeviceError, ServerLost, SettingError
 from cohaptic.vec import Vec3, norm
-from cohaptic_client import ClientSettings, Contact, DeviceSample, LiveHand, join, joined
+from cohaptic_client import Client, ClientSettings, Contact, DeviceSample, LiveHand, join, joined
 from cohaptic_server import ServedRoom, serve
 
 pytestmark = pytest.mark.live
@@ -113,6 +117,76 @@ def test_a_device_of_a_script_lives_in_the_loops_process_and_its_error_comes_bac
 
     with pytest.raises(DeviceError, match="pressed hard"):
         touch()
+
+
+class Broken:
+    """A device of a script that is at the right of the balloon for a while, and then fails."""
+
+    def __init__(self, fails: Callable[[], Vec3]) -> None:
+        self.count, self.fails = 0, fails
+
+    def read(self, now: float) -> DeviceSample:
+        self.count += 1
+        place = (0.12, 0.0, 0.0) if self.count < 2000 else self.fails()
+        return DeviceSample(place, (0.0, 0.0, 0.0))
+
+    def write(self, force: Vec3) -> None:
+        pass
+
+
+def is_nowhere() -> Vec3:
+    return (math.nan, 0.0, 0.0)
+
+
+def is_far_away() -> Vec3:
+    return (1000.0, 0.0, 0.0)
+
+
+def takes_its_time() -> Vec3:
+    threading.Event().wait(0.05)
+    return (0.12, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("fails", "words"),
+    [
+        (is_nowhere, "the device is at (nan, 0.0, 0.0) m"),
+        (is_far_away, "the device is at (1000.0, 0.0, 0.0) m"),
+        (takes_its_time, "since read or write of"),
+    ],
+)
+def test_a_device_that_fails_is_a_fault_that_names_it_and_the_hand_stays(
+    room: ServedRoom, fails: Callable[[], Vec3], words: str
+) -> None:
+    with joined(room.url, name="ann", device=partial(Broken, fails)) as hand:
+        samples = hand.samples()
+        said = next(news for _ in samples for news in hand.events.new() if news.kind == "fault")
+        assert words in said
+        for _ in range(100):
+            assert norm(next(samples).force) == 0.0
+
+
+def test_a_way_through_the_body_is_told(room: ServedRoom) -> None:
+    with joined(room.url, name="ann") as hand:
+        x, y, z = hand.body.center
+        press(hand)
+        assert "device" not in [event.kind for event in hand.events.new()]
+        hand.move_to((x + hand.body.radius + 0.02, y, z), 0.1)
+        wait_until(hand, lambda: hand.tip[0] > x + hand.body.radius + 0.01)
+        assert "device" not in [event.kind for event in hand.events.new()]
+        hand.move_to((x - hand.body.radius - 0.02, y, z), 1.0)
+        told = [str(event) for event in hand.events.new() if event.kind == "device"]
+        assert len(told) == 1
+        assert "through the body" in told[0]
+
+
+def test_where_nobody_answers_the_end_of_the_duration_is_an_error() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+    url = f"ws://127.0.0.1:{port}"
+    settings = ClientSettings(url, "ann", duration=0.5, patience=30.0)
+    with pytest.raises(ServerLost, match="no server answers"):
+        asyncio.run(Client(settings, tell=lambda news: None, keep=None).run())
 
 
 class Half:
