@@ -12,6 +12,7 @@ export const LENGTH = 4;
 export const MOST_BYTES = 32 << 20;
 const MOST_STRETCHES = 12;
 const AT_ONCE = 2; // requests at a time; the server reads the file for one after another
+const SETTLES = 0.3; // s after a jump in which the surface of the moment comes first
 const REST = 1; // s before a stretch that did not come is requested again
 const AHEAD = 1; // s of real time for which scenes are fetched before they are shown
 
@@ -88,6 +89,8 @@ export class Stretches {
   private wanted: readonly number[] = [];
   private shown: { readonly key: string; readonly scenes: Scenes } = { key: "", scenes: joined([]) };
   private readonly most: number;
+  private here = 0;
+  private settled = 0; // time from which on more than the stretch of the moment is fetched, after a jump
 
   /**
    * @param first First and last time of the session on the server's clock [s].
@@ -113,6 +116,14 @@ export class Stretches {
   /** Fetch what is needed at a time, and next: the stretches on both sides, for plots, and more of them where time goes fast. */
   want(t: number, speed: number): void {
     const here = this.numberOf(t);
+    if (Math.abs(here - this.here) > 1) this.settled = Infinity;
+    this.here = here;
+    if (this.settled === Infinity && this.kept.has(here)) this.settled = this.now() + SETTLES;
+    if (this.now() < this.settled) {
+      this.wanted = [here];
+      this.fetchMore();
+      return;
+    }
     const ahead = Math.max(1, Math.ceil((AHEAD * speed) / LENGTH));
     this.wanted = [here, here + 1, here - 1, ...Array.from({ length: ahead - 1 }, (_, k) => here + 2 + k)].filter((n) => n >= 0 && n <= this.most);
     this.fetchMore();

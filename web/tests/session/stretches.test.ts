@@ -54,8 +54,15 @@ describe("a response", () => {
 describe("the stretches of a session", () => {
   test("come round the shown time, each once, and join without a gap", async () => {
     const asked: [number, number][] = [];
-    const stretches = new Stretches(100, 200, server(asked), () => 0);
+    let now = 0;
+    const stretches = new Stretches(100, 200, server(asked), () => now);
     expect([stretches.has(141), stretches.round(141).times.length]).toEqual([false, 0]);
+    for (now of [0, 0.1, 0.2]) { // after a jump the others wait for the surface of the moment
+      stretches.want(141, 1);
+      await settled();
+      expect(asked.map(([from]) => from)).toEqual([140]);
+    }
+    now = 0.5;
     stretches.want(141, 1);
     await settled();
     expect(asked.map(([from]) => from)).toEqual([140, 144, 136]);
