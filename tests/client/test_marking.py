@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,8 @@ from cohaptic_client.mark_cli import mark
 from cohaptic_client.marking import mark_of_line
 from cohaptic_server import serve
 
+CLOCK = SystemClock()
+
 
 def run(*arguments: str, given: str | None = None) -> None:
     app = typer.Typer()
@@ -27,20 +30,27 @@ def run(*arguments: str, given: str | None = None) -> None:
         raise result.exception
 
 
+def at_once(call: Callable[[], None]) -> tuple[float, float]:
+    """The times before and after a call [s]."""
+    before = CLOCK.now()
+    call()
+    return before, CLOCK.now()
+
+
 def marks(path: Path) -> list[tuple[str, dict[str, object], int | None]]:
     return [(m.text, dict(m.fields), m.by) for m in Outline.of(path).marks]
 
 
 @pytest.mark.live
 def test_a_hand_in_a_script_is_recorded_with_every_period_and_its_marks(tmp_path: Path) -> None:
-    path = tmp_path / "x.mcap"
+    path, calls = tmp_path / "x.mcap", list[tuple[float, float]]()
     with serve("balloon", port=0, record=str(path)) as room, joined(room.url, name="ann") as hand:
         samples = hand.samples()
         next(row for row in samples if hand.recorded)
         began = room.room.members[hand.user].joined
-        hand.mark("stimulus on", trial=3, side="left")
+        calls.append(at_once(lambda: hand.mark("stimulus on", trial=3, side="left")))
         rows = [next(samples) for _ in range(1000)]
-        hand.mark("stimulus off")
+        calls.append(at_once(lambda: hand.mark("stimulus off")))
         assert "recorded" in [event.kind for event in hand.events.new()]
     found = [entry for entry in read_entries(path) if isinstance(entry, Rows)]
     times = [
@@ -54,8 +64,12 @@ def test_a_hand_in_a_script_is_recorded_with_every_period_and_its_marks(tmp_path
     ]  # fmt: skip
     on, off = Outline.of(path).marks
     assert began < on.t < off.t
-    # As far apart as on the clock of the hand, to the error of that clock and a sample's way.
-    assert off.t - on.t == pytest.approx(rows[-1].t - rows[0].t, abs=0.1)
+    # As far apart as the calls, to the errors that they say.
+    assert on.error is not None
+    assert off.error is not None
+    error = on.error + off.error + 1e-6
+    (first, after_first), (second, after_second) = calls
+    assert second - after_first - error <= off.t - on.t <= after_second - first + error
 
 
 @pytest.mark.live
@@ -63,7 +77,7 @@ def test_a_mark_has_its_moment_through_a_slow_link_to_the_error_that_it_says(
     tmp_path: Path,
 ) -> None:
     """Server and hand have the clock of one machine here, which neither of them knows."""
-    path, clock, calls = tmp_path / "x.mcap", SystemClock(), list[float]()
+    path, calls, to_wall = tmp_path / "x.mcap", list[tuple[float, float]](), CLOCK.to_wall()
     with (
         serve("balloon", port=0, record=str(path)) as room,
         joined(room.url, name="ann", network="delay=80") as hand,
@@ -73,15 +87,26 @@ def test_a_mark_has_its_moment_through_a_slow_link_to_the_error_that_it_says(
         for _ in range(3):
             for _ in range(300):
                 next(samples)
-            calls.append(clock.now() + clock.to_wall())
-            hand.mark("stimulus on")
+            calls.append(at_once(lambda: hand.mark("stimulus on")))
         for _ in range(500):
             next(samples)
     outline = Outline.of(path)
     assert len(outline.marks) == 3
-    for found, call in zip(outline.marks, calls, strict=True):
+    for found, (before, after) in zip(outline.marks, calls, strict=True):
         assert found.error is not None
-        assert abs(found.t + outline.info.to_wall - call) <= found.error
+        called = found.t + outline.info.to_wall - to_wall
+        assert before - found.error <= called <= after + found.error
+
+
+@pytest.mark.live
+def test_marks_that_are_set_just_before_a_hand_leaves_are_in_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "x.mcap"
+    with serve("balloon", port=0, record=str(path)) as room:
+        with joined(room.url, name="ann") as hand:
+            next(row for row in hand.samples() if hand.recorded)
+            for k in range(8):
+                hand.mark("last", k=k)
+    assert marks(path) == [("last", {"k": k}, 1) for k in range(8)]
 
 
 @pytest.mark.live

@@ -37,7 +37,7 @@ from cohaptic_client.haptics import Haptics
 from cohaptic_client.loop.added import reasons_of
 from cohaptic_client.loop.handle import TipSample
 from cohaptic_client.network.link import Data, Link
-from cohaptic_client.network.marks import MarksOut
+from cohaptic_client.network.marks import PACE, MarksOut
 from cohaptic_client.network.server_clock import ClockReading
 from cohaptic_client.network.session import ClientSession
 from cohaptic_client.network.timing import LinkTiming, Pacer
@@ -200,15 +200,21 @@ class Conversation:
             listener.cancel()
 
     async def say_goodbye(self) -> None:
-        """Send a last sample with zero force, then the farewell; return when both have left."""
+        """Send a last sample with zero force, rows and marks that wait, and the farewell.
+
+        The call returns when all have left; each mark takes `PACE`.
+        """
         # No scheduled sample may follow the farewell.
         self._stop_sending()
         tip = self._haptics.newest_sample()
         if tip is not None:
             self._send_sample(tip._replace(force=ZERO))
         self._send_rows(whole=True)
+        while self.recorded and len(self._marks):
+            self._send_marks()
+            await asyncio.sleep(PACE)
         self._link.send(self._session.farewell())
-        # Both messages are still on their way through the injected delay.
+        # All messages are still on their way through the injected delay.
         await asyncio.sleep(self._settings.up.longest + _FLUSH)
 
     def _hear(self, data: Data) -> None:
