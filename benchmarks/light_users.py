@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 import math
+from collections.abc import Awaitable, Callable
 
 from pydantic import TypeAdapter
 from websockets.asyncio.client import ClientConnection, connect
@@ -30,6 +31,40 @@ from cohaptic_server.testing.soft_ring import RING, TUBE
 
 PERIOD = 1.0 / 60.0  # s
 DEPTH, RHYTHM = 0.008, 2.0  # m, s
+
+
+async def converse(
+    url: str,
+    hello: Hello,
+    hear: Callable[[str | bytes], None],
+    play: Callable[[ClientConnection], Awaitable[None]],
+) -> None:
+    """Join a room, and send until the connection closes.
+
+    Args:
+        hear: Takes each message of the server, from the welcome on; of frames only patches.
+        play: Sends what the user does.
+    """
+    protocols = [Subprotocol(SUBPROTOCOL)]
+    async with connect(
+        url, subprotocols=protocols, proxy=None, max_size=MAX_BYTES, compression=None
+    ) as ws:
+        await ws.send(encode_control(hello))
+        hear(await ws.recv())
+        if hello.geometry == "mesh":
+            await ws.recv()  # the resting mesh, which is not needed
+
+        async def listen() -> None:
+            async for data in ws:
+                hear(data)
+
+        hearing = asyncio.create_task(listen())
+        try:
+            await play(ws)
+        except ConnectionClosed:
+            pass
+        finally:
+            hearing.cancel()
 
 
 class User:
@@ -50,28 +85,13 @@ class User:
 
     async def run(self, url: str) -> None:
         """Press until the connection closes."""
-        protocols = [Subprotocol(SUBPROTOCOL)]
-        async with connect(
-            url, subprotocols=protocols, proxy=None, max_size=MAX_BYTES, compression=None
-        ) as ws:
-            name = f"light{self.number}"
-            hello = Hello(protocol=PROTOCOL_VERSION, name=name, geometry=self.geometry)
-            await ws.send(encode_control(hello))
-            await ws.recv()  # the welcome message
-            if self.geometry == "mesh":
-                await ws.recv()  # the resting mesh, which is not needed
-            hearing = asyncio.create_task(self._hear(ws))
-            try:
-                await self._press(ws)
-            except ConnectionClosed:
-                pass
-            finally:
-                hearing.cancel()
+        name = f"light{self.number}"
+        hello = Hello(protocol=PROTOCOL_VERSION, name=name, geometry=self.geometry)
+        await converse(url, hello, self._hear, self._press)
 
-    async def _hear(self, ws: ClientConnection) -> None:
-        async for data in ws:
-            if isinstance(data, bytes):
-                self.patch = Patch.decode(data)
+    def _hear(self, data: str | bytes) -> None:
+        if isinstance(data, bytes):
+            self.patch = Patch.decode(data)
 
     async def _press(self, ws: ClientConnection) -> None:
         loop = asyncio.get_running_loop()

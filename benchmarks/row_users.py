@@ -16,22 +16,20 @@ import asyncio
 from dataclasses import dataclass, field
 
 import numpy as np
-from websockets.asyncio.client import ClientConnection, connect
-from websockets.exceptions import ConnectionClosed
-from websockets.typing import Subprotocol
+from websockets.asyncio.client import ClientConnection
 
 from cohaptic.protocol.contact_sample import ContactSample
-from cohaptic.protocol.messages import Hello, Recorded, decode_server_control, encode_control
+from cohaptic.protocol.messages import Hello, Recorded, decode_server_control
 from cohaptic.protocol.patch import Patch
-from cohaptic.protocol.version import PROTOCOL_VERSION, SUBPROTOCOL
+from cohaptic.protocol.version import PROTOCOL_VERSION
 from cohaptic.sessions.codec import table_of
 from cohaptic.sessions.entries import Heard, Rows, Written
 from cohaptic.status.row_batch import Clock
 from cohaptic_client.loop.rows_out import RowsOut
+from light_users import PERIOD, converse
 from session_file import sampled
 
 SECONDS = 4.0  # of a press, played over and over
-PERIOD = 1.0 / 60.0  # s
 
 
 @dataclass
@@ -73,25 +71,15 @@ class User:
 
     async def run(self, url: str) -> None:
         """Play until the connection closes."""
-        protocols = [Subprotocol(SUBPROTOCOL)]
-        async with connect(url, subprotocols=protocols, proxy=None, compression=None) as ws:
-            name = f"user{self.number}"
-            hello = Hello(protocol=PROTOCOL_VERSION, name=name, friction=True, models=True)
-            await ws.send(encode_control(hello))
-            hearing = asyncio.create_task(self._hear(ws))
-            try:
-                await self._play(ws)
-            except ConnectionClosed:
-                pass
-            finally:
-                hearing.cancel()
+        name = f"user{self.number}"
+        hello = Hello(protocol=PROTOCOL_VERSION, name=name, friction=True, models=True)
+        await converse(url, hello, self._hear, self._play)
 
-    async def _hear(self, ws: ClientConnection) -> None:
-        async for data in ws:
-            if isinstance(data, bytes):
-                self.patch = Patch.decode(data)
-            elif isinstance(news := decode_server_control(data), Recorded):
-                self.recorded = news.on
+    def _hear(self, data: str | bytes) -> None:
+        if isinstance(data, bytes):
+            self.patch = Patch.decode(data)
+        elif isinstance(news := decode_server_control(data), Recorded):
+            self.recorded = news.on
 
     async def _play(self, ws: ClientConnection) -> None:
         loop = asyncio.get_running_loop()

@@ -93,7 +93,7 @@ class Client:
         # Late forces do not matter to a hand that is no person's: no news of the scheduling.
         self._scheduling_reported = not device_info(settings.device).held
         # Why the last connection has ended, or none came about.
-        self._refused: CohapticError | None = None
+        self._last_error: CohapticError | None = None
         self._leaving = False  # whether this client ends, so that a lost connection is not reported
         self.hears: Callable[[], bool] = lambda: True
 
@@ -112,8 +112,8 @@ class Client:
             )
             for task in done:
                 task.result()
-            if not done and self._refused is not None and self.body is None:
-                raise self._refused
+            if not done and self._last_error is not None and self.body is None:
+                raise self._last_error
         finally:
             # The connection stays open while the force fades, so that the server hears of it.
             self._leaving = True
@@ -302,7 +302,7 @@ class Client:
                 error = refused
             if self._leaving:
                 return
-            self._refused = error
+            self._last_error = error
             if self.clock.now() >= until:
                 raise lost or error
             if str(error) != sentence:

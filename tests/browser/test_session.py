@@ -88,7 +88,7 @@ def forces_at(path: Path, t: float) -> dict[int, float]:
 
 
 def test_any_moment_has_the_forces_the_surface_and_the_reasons_that_it_had(
-    visitors: Open, show: Show, path: Path
+    show: Show, visitors: Open, path: Path
 ) -> None:
     ann = visitors(Look(1280, 800, engineer=False))
     address = show(path)
@@ -120,7 +120,7 @@ def test_any_moment_has_the_forces_the_surface_and_the_reasons_that_it_had(
 
 
 def test_it_plays_to_its_end_at_any_pace_and_nobody_can_touch(
-    visitors: Open, show: Show, path: Path
+    show: Show, visitors: Open, path: Path
 ) -> None:
     ann = visitors(Look(1280, 800))
     open_at(ann, show(path), 0.0)
@@ -145,7 +145,7 @@ def test_it_plays_to_its_end_at_any_pace_and_nobody_can_touch(
 
 
 def test_surfaces_in_the_file_are_shown_and_what_is_not_is_told(
-    visitors: Open, show: Show, tmp_path: Path
+    show: Show, visitors: Open, tmp_path: Path
 ) -> None:
     pictures = list[Floats]()
     viscous = build_body("balloon", damping=2.0)
@@ -172,7 +172,7 @@ def test_surfaces_in_the_file_are_shown_and_what_is_not_is_told(
     ids=str,
 )  # fmt: skip
 def test_nothing_is_cut_off_and_everybody_can_use_it(
-    visitors: Open, show: Show, path: Path, look: Look
+    show: Show, visitors: Open, path: Path, look: Look
 ) -> None:
     ann = visitors(look)
     ann.page.add_init_script(path=AXE)

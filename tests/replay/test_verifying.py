@@ -18,6 +18,7 @@ from cohaptic_server.bodies.body import Body
 from cohaptic_server.cli.object_options import ObjectOptions, made_from_options
 from cohaptic_server.objects.catalogue import build_body
 from cohaptic_tools.verifying import in_words, logged
+from tests.still_clock import StillClock
 
 BALLOON = made_from_options("balloon", ObjectOptions(), None, 0.0, nonlinear=False)
 
@@ -107,24 +108,11 @@ def test_what_cannot_be_made_again_is_an_error(
     assert said in words.replace("\n", " ")
 
 
-class Clock:
-    """A clock of a test."""
-
-    def __init__(self) -> None:
-        self.t = 100.0
-
-    def now(self) -> float:
-        return self.t
-
-    def sleep_until(self, when: float) -> None:
-        self.t = when
-
-
 def test_a_long_comparison_logs_how_far_it_is_and_a_short_one_does_not(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     caplog.set_level("INFO")
-    clock = Clock()
+    clock = StillClock()
     log = logged(clock, "verifying x.mcap")
     for _ in range(15):
         clock.t += 0.125

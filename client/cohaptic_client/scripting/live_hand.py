@@ -37,11 +37,12 @@ log = logging.getLogger("cohaptic.hand")
 _WAITING: Final = 60.0
 _EVENTS: Final = 1000  # that may wait; a full room says a dozen when it comes together
 _READY: Final = 0.01  # s between looks whether the loop has begun
-# Share of the radius within which a straight way counts as through the body: a body is no ball.
+# Share of the radius within which a straight way counts as near the middle: a body is no ball.
 _INSIDE: Final = 0.9
 _THROUGH: Final = (
-    "the straight way of the tip goes through the body, which pushes it with all its force; lead it"
-    " round by further points, or begin on the other side with tip="
+    "the straight way of the tip passes near the middle of the body; where it goes through, the"
+    " body pushes with all its force: lead the tip round by further points, or begin on the other"
+    " side with tip="
 )
 _TROUBLE: Final = {"fault", "device", "server", "machine"}
 
@@ -89,6 +90,7 @@ class LiveHand:
         self._patch: Patch | None = None
         self._error: CohapticError | None = None
         self._ended = False
+        self._warned = False
 
     async def run(self) -> None:
         """Touch until this call is cancelled or the hand is lost.
@@ -179,9 +181,9 @@ class LiveHand:
         self._client.move_to((x, y, z), seconds)
 
     def _warn_of_way(self, end: Vec3) -> None:
-        """Say so if the straight way from outside the body to outside goes through it."""
+        """Say once if a straight way from outside the body to outside may go through it."""
         row, body = self._client.row, self._client.body
-        if row is None or body is None:
+        if row is None or body is None or self._warned:
             return
         center, begin = body.center, row.tip
         way = sub(end, begin)
@@ -189,6 +191,7 @@ class LiveHand:
         nearest = norm(sub(add(begin, scale(way, share)), center))
         ends = min(norm(sub(begin, center)), norm(sub(end, center)))
         if nearest < _INSIDE * body.radius and ends >= body.radius:
+            self._warned = True  # a path of many small steps would say it at each
             self._tell(News("device", _THROUGH))
 
     @property

@@ -96,7 +96,7 @@ def placements(body: Body, held: npt.NDArray[np.bool_], users: int) -> list[Plac
     under = depth_under(mesh, candidates)
     fit = is_smooth(mesh)[candidates] & is_open(mesh, candidates, room)
     fit &= under > 0.5 * np.median(under)
-    soft = vertex_compliance(body)[candidates]
+    soft = vertex_compliance(body, candidates)
     fit &= (soft > MIN_COMPLIANCE) & (
         soft <= _MAX_COMPLIANCE * np.median(soft[soft > MIN_COMPLIANCE])
     )

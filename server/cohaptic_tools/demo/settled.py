@@ -117,7 +117,7 @@ def at_rest(body: Body, placement: Placement) -> Placement | None:
     inward = np.array([place.inward for place in placement.places])
     mesh = body.mesh
     vertices = np.linalg.norm(mesh.vertices[None] - point[:, None], axis=2).argmin(axis=1)
-    table = vertex_compliance(body)[vertices]
+    table = vertex_compliance(body, vertices)
     soft = _GIVES_WAY * table
     # On a cow of 6 MPa a contact moved 3 mm along a flank, from 1400 N/m to 2200 N/m. No device
     # renders that, and forces were 1.7 % off.

@@ -188,7 +188,7 @@ def _write_run(session: Session, run: _Run, place: Path) -> None:
         {
             "tracked_point": {
                 "Description": "What is tracked",
-                "Levels": {"tip": f"Tip of the device of user {run.user} ({run.name})"},
+                "Levels": {"tip": f"Tip of the device of user {run.user}"},
             },
             "reference_frame": {
                 "Description": "Frame of the room, in which the object rests",

@@ -10,19 +10,9 @@ from cohaptic.errors import DeviceError
 from cohaptic.vec import ZERO, Vec3, norm, scale, sub
 from cohaptic_client.devices.device import DeviceInfo, DeviceSample
 from cohaptic_client.devices.pulse import STRENGTH, pulse, pulse_force, verdict
+from tests.still_clock import StillClock
 
 MAX_RATE = 20.0  # N/s; the safety layer's limit of changes that no motion of the hand causes
-
-
-class Clock:
-    def __init__(self) -> None:
-        self.time = 5.0
-
-    def now(self) -> float:
-        return self.time
-
-    def sleep_until(self, when: float) -> None:
-        self.time = when
 
 
 class Arm:
@@ -59,7 +49,7 @@ def test_a_knock_is_gentle(t: float, dt: float) -> None:
 def test_what_only_senses_cannot_knock() -> None:
     arm = Arm(0.0)
     with pytest.raises(DeviceError, match="it only senses"):
-        pulse(arm, Clock())
+        pulse(arm, StillClock())
     assert arm.closed
     assert arm.given == []
 
@@ -67,18 +57,18 @@ def test_what_only_senses_cannot_knock() -> None:
 def test_unplugged_in_a_knock_it_is_closed() -> None:
     arm = Arm(3.0, breaks_after=50)
     with pytest.raises(DeviceError, match="unplugged"):
-        pulse(arm, Clock())
+        pulse(arm, StillClock())
     assert arm.closed
 
 
 def test_a_weak_device_is_not_asked_for_more_than_it_has() -> None:
     arm = Arm(0.1)
-    pulse(arm, Clock())
+    pulse(arm, StillClock())
     assert max(norm(force) for force in arm.given) == pytest.approx(0.1, rel=1e-3)
 
 
 def test_an_arm_that_moves_against_its_knocks_would_pull_a_hand_in() -> None:
-    ways = pulse(Arm(3.0, yields=-1.0 / 400.0), Clock())
+    ways = pulse(Arm(3.0, yields=-1.0 / 400.0), StillClock())
     with pytest.raises(DeviceError, match=r"against each of its knocks, by 1\.0 mm.*try again"):
         verdict("arm", ways)
 
@@ -92,7 +82,7 @@ def test_an_arm_that_moves_against_its_knocks_would_pull_a_hand_in() -> None:
     ],
 )
 def test_an_arm_that_moves_along_or_not_at_all_is_no_fault(yields: float, words: str) -> None:
-    assert words in verdict("arm", pulse(Arm(3.0, yields=yields), Clock()))
+    assert words in verdict("arm", pulse(Arm(3.0, yields=yields), StillClock()))
 
 
 def test_told_to_end_in_a_knock_it_lets_go_first() -> None:
@@ -110,7 +100,7 @@ def test_told_to_end_in_a_knock_it_lets_go_first() -> None:
     arm = Interrupted(3.0)
     before = signal.signal(signal.SIGTERM, end)
     try:
-        pulse(arm, Clock())
+        pulse(arm, StillClock())
     finally:
         signal.signal(signal.SIGTERM, before)
     assert len(arm.given) == 61

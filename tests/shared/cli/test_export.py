@@ -10,6 +10,7 @@ from cohaptic.sessions.entries import Ticked
 from cohaptic.sessions.export import FORMS
 from cohaptic.sessions.tables import library
 from tests.shared.sessions.made import T, session, write
+from tests.still_clock import StillClock
 
 library("h5py")  # which starts a process when it is first imported
 
@@ -86,21 +87,8 @@ def test_a_folder_with_one_session_is_that_session(
     assert "or a folder with one session file, not a.mcap, b.mcap" in words
 
 
-class Clock:
-    """A clock of a test."""
-
-    def __init__(self) -> None:
-        self.t = 100.0
-
-    def now(self) -> float:
-        return self.t
-
-    def sleep_until(self, when: float) -> None:
-        self.t = when
-
-
 def test_progress_is_told_after_two_seconds_and_goes_away() -> None:
-    clock, written = Clock(), list[str]()
+    clock, written = StillClock(), list[str]()
     with told(clock, True, written.append) as progress:
         progress("reading", 0.1)
         assert written == []
@@ -116,7 +104,7 @@ def test_progress_is_told_after_two_seconds_and_goes_away() -> None:
 def test_nobody_is_told_of_a_short_work_or_without_a_terminal(
     terminal: bool, seconds: float
 ) -> None:
-    clock, written = Clock(), list[str]()
+    clock, written = StillClock(), list[str]()
     with told(clock, terminal, written.append) as progress:
         clock.t += seconds
         progress("reading", 0.5)

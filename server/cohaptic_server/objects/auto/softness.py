@@ -80,7 +80,7 @@ def fitting_young(body: Body, young: float) -> float:
     Raises:
         BodyError: No place of the surface can be pressed.
     """
-    table = vertex_compliance(body)[spread_over(body.mesh.vertices, _PLACES)]
+    table = vertex_compliance(body, spread_over(body.mesh.vertices, _PLACES))
     free = table[table > 0.0]
     if not len(free):
         raise BodyError(f"{body.name}: no place of its surface can be pressed; hold less of it")
